@@ -166,7 +166,7 @@ static bool is_name(const char *name, const char *given)
     return !*name && !*given;
 }
 
-const struct bd_frame_option *bd_frame_option_named(const char *name, struct bd_fault *fault)
+const struct bd_frame_option *bd_frame_option_named(const char *name, struct bd_err_detail *detail)
 {
     char hint[BD_NEAREST_HINT_BYTES];
     struct bd_nearest nearest;
@@ -177,8 +177,8 @@ const struct bd_frame_option *bd_frame_option_named(const char *name, struct bd_
             return option;
         bd_nearest_consider(&nearest, option->name);
     }
-    bd_fault_set(fault, BD_ERR_USAGE, name, "there is no option \"%.60s\"%s", name,
-                 bd_nearest_hint(&nearest, hint));
+    bd_err_set(detail, BD_ERR_USAGE, name, "there is no option \"%.60s\"%s", name,
+               bd_nearest_hint(&nearest, hint));
     return NULL;
 }
 
@@ -234,11 +234,11 @@ const char *bd_frame_option_takes(const struct bd_frame_option *option,
 }
 
 static enum bd_err refuse(const struct bd_frame_option *option, const char *given,
-                          struct bd_fault *fault)
+                          struct bd_err_detail *detail)
 {
     char takes[BD_FRAME_OPTION_TAKES_BYTES];
-    return bd_fault_set(fault, BD_ERR_USAGE, option->name, "%s is %s, not \"%.60s\"", option->name,
-                        bd_frame_option_takes(option, takes), given);
+    return bd_err_set(detail, BD_ERR_USAGE, option->name, "%s is %s, not \"%.60s\"", option->name,
+                      bd_frame_option_takes(option, takes), given);
 }
 
 // --- from text ----------------------------------------------------------------------------------
@@ -365,30 +365,30 @@ static bool set_text(const struct bd_frame_option *option, const char *text,
 
 // ":full" or ":model" is cut off into `against`: both figures are measured against one thing.
 static enum bd_err cut_against(const struct bd_frame_option *option, char *text,
-                               Bounced__FrameRequest *request, struct bd_fault *fault)
+                               Bounced__FrameRequest *request, struct bd_err_detail *detail)
 {
     char *colon = option->form && strchr(option->form, ':') ? strchr(text, ':') : NULL;
     if (!colon) return BD_ERR_OK;
     *colon = 0;
     const struct bd_frame_option *other = bd_frame_option_named("against", NULL);
-    if (bd_frame_option_word(other, colon + 1) < 0) return refuse(other, colon + 1, fault);
+    if (bd_frame_option_word(other, colon + 1) < 0) return refuse(other, colon + 1, detail);
     if (request->against && strcmp(request->against, colon + 1) != 0)
-        return bd_fault_set(
-            fault, BD_ERR_USAGE, option->name,
+        return bd_err_set(
+            detail, BD_ERR_USAGE, option->name,
             "%s: errors of one frame are measured against one thing, not %s and %.20s",
             option->name, request->against, colon + 1);
-    return bd_frame_option_set(other, colon + 1, request, fault);
+    return bd_frame_option_set(other, colon + 1, request, detail);
 }
 
 static bool is_allowed(const struct bd_frame_option *option, const Bounced__FrameRequest *request);
 
 enum bd_err bd_frame_option_set(const struct bd_frame_option *option, const char *text,
-                                Bounced__FrameRequest *request, struct bd_fault *fault)
+                                Bounced__FrameRequest *request, struct bd_err_detail *detail)
 {
     char *own = text_of(text, strlen(text));
-    enum bd_err err = cut_against(option, own, request, fault);
+    enum bd_err err = cut_against(option, own, request, detail);
     if (!err && (!set_text(option, own, request) || !is_allowed(option, request)))
-        err = refuse(option, text, fault);
+        err = refuse(option, text, detail);
     free(own);
     return err;
 }
@@ -481,13 +481,14 @@ static void write_value(const ProtobufCFieldDescriptor *field, const Bounced__Fr
         snprintf(out, bytes, "%g", *(const double *)at);
 }
 
-enum bd_err bd_frame_options_check(const Bounced__FrameRequest *request, struct bd_fault *fault)
+enum bd_err bd_frame_options_check(const Bounced__FrameRequest *request,
+                                   struct bd_err_detail *detail)
 {
     for (uint32_t i = 0; i < bd_frame_option_count; i++) {
         char value[64];
         if (is_allowed(&bd_frame_options[i], request)) continue;
         write_value(field_of(&bd_frame_options[i]), request, value, sizeof value);
-        return refuse(&bd_frame_options[i], value, fault);
+        return refuse(&bd_frame_options[i], value, detail);
     }
     return BD_ERR_OK;
 }

@@ -33,8 +33,8 @@ struct bd_frame_option {
 extern const struct bd_frame_option bd_frame_options[];
 extern const uint32_t bd_frame_option_count;
 
-// By name or alias, '-' for '_'. NULL, and a fault with the name that is nearest: there is none.
-const struct bd_frame_option *bd_frame_option_named(const char *name, struct bd_fault *fault);
+// By name or alias, '-' for '_'. NULL, and an error with the name that is nearest: there is none.
+const struct bd_frame_option *bd_frame_option_named(const char *name, struct bd_err_detail *detail);
 // True: on a command line it has no value.
 bool bd_frame_option_is_flag(const struct bd_frame_option *option);
 // Of its field: "switch", "whole", "number", "text" or "message"; and whether it has many of them.
@@ -44,7 +44,7 @@ const char *bd_frame_option_type(const struct bd_frame_option *option, bool *has
 // these set `against`. BD_ERR_USAGE: names the option and what it takes.
 BD_MUST_CHECK
 enum bd_err bd_frame_option_set(const struct bd_frame_option *option, const char *text,
-                                Bounced__FrameRequest *request, struct bd_fault *fault);
+                                Bounced__FrameRequest *request, struct bd_err_detail *detail);
 
 // Whether a field says anything: not an empty list, 0 or false.
 bool bd_frame_option_is_set(const struct bd_frame_option *option,
@@ -53,7 +53,8 @@ bool bd_frame_option_is_set(const struct bd_frame_option *option,
 bool bd_frame_options_are_lasting(const Bounced__FrameRequest *request);
 // Of all that is set: words and ranges. BD_ERR_USAGE as above.
 BD_MUST_CHECK
-enum bd_err bd_frame_options_check(const Bounced__FrameRequest *request, struct bd_fault *fault);
+enum bd_err bd_frame_options_check(const Bounced__FrameRequest *request,
+                                   struct bd_err_detail *detail);
 
 // The number of a row's word, in whatever case; -1: it is none of them.
 int bd_frame_option_word(const struct bd_frame_option *option, const char *text);

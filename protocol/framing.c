@@ -43,48 +43,48 @@ void bd_decoder_bound(struct bd_decoder *decoder, uint64_t bytes_max, const char
     decoder->bound_name = name;
 }
 
-static enum bd_err check_total(const struct bd_decoder *decoder, struct bd_fault *fault)
+static enum bd_err check_total(const struct bd_decoder *decoder, struct bd_err_detail *detail)
 {
     uint32_t total = read_u32(decoder->prefix);
     if (decoder->bound_bytes > 0 && total > decoder->bound_bytes)
-        return bd_fault_set(fault, BD_ERR_LIMIT, decoder->bound_name,
-                            "a message of %u bytes is above the limit %s of %llu", total,
-                            decoder->bound_name, (unsigned long long)decoder->bound_bytes);
+        return bd_err_set(detail, BD_ERR_LIMIT, decoder->bound_name,
+                          "a message of %u bytes is above the limit %s of %llu", total,
+                          decoder->bound_name, (unsigned long long)decoder->bound_bytes);
     if (total > decoder->message_bytes_max)
-        return bd_fault_set(fault, BD_ERR_LIMIT, "message_bytes",
-                            "a message of %u bytes is above the limit message_bytes of %llu", total,
-                            (unsigned long long)decoder->message_bytes_max);
+        return bd_err_set(detail, BD_ERR_LIMIT, "message_bytes",
+                          "a message of %u bytes is above the limit message_bytes of %llu", total,
+                          (unsigned long long)decoder->message_bytes_max);
     if (total < 4)
-        return bd_fault_set(fault, BD_ERR_BAD_INPUT, "total",
-                            "a message of %u bytes has no room for its header's length", total);
+        return bd_err_set(detail, BD_ERR_BAD_INPUT, "total",
+                          "a message of %u bytes has no room for its header's length", total);
     return BD_ERR_OK;
 }
 
-static enum bd_err check_header_len(const struct bd_decoder *decoder, struct bd_fault *fault)
+static enum bd_err check_header_len(const struct bd_decoder *decoder, struct bd_err_detail *detail)
 {
     uint32_t total = read_u32(decoder->prefix);
     uint32_t header_bytes = read_u32(decoder->prefix + 4);
     if (header_bytes > total - 4)
-        return bd_fault_set(fault, BD_ERR_BAD_INPUT, "header_len",
-                            "a header of %u bytes is longer than its message of %u", header_bytes,
-                            total);
+        return bd_err_set(detail, BD_ERR_BAD_INPUT, "header_len",
+                          "a header of %u bytes is longer than its message of %u", header_bytes,
+                          total);
     if (header_bytes > decoder->header_bytes_max)
-        return bd_fault_set(fault, BD_ERR_LIMIT, "header_bytes",
-                            "a header of %u bytes is above the limit header_bytes of %llu",
-                            header_bytes, (unsigned long long)decoder->header_bytes_max);
+        return bd_err_set(detail, BD_ERR_LIMIT, "header_bytes",
+                          "a header of %u bytes is above the limit header_bytes of %llu",
+                          header_bytes, (unsigned long long)decoder->header_bytes_max);
     return BD_ERR_OK;
 }
 
 // Each length is checked the moment it is whole, so that a peer which sends a bad one and then
 // waits for an answer gets it.
 static enum bd_err feed_prefix(struct bd_decoder *decoder, const uint8_t *bytes, size_t size,
-                               size_t *taken, struct bd_fault *fault)
+                               size_t *taken, struct bd_err_detail *detail)
 {
     while (*taken < size && decoder->prefix_used < BD_FRAMING_PREFIX_BYTES) {
         decoder->prefix[decoder->prefix_used++] = bytes[(*taken)++];
         enum bd_err err = BD_ERR_OK;
-        if (decoder->prefix_used == 4) err = check_total(decoder, fault);
-        if (decoder->prefix_used == 8) err = check_header_len(decoder, fault);
+        if (decoder->prefix_used == 4) err = check_total(decoder, detail);
+        if (decoder->prefix_used == 8) err = check_header_len(decoder, detail);
         if (err) return err;
     }
     if (decoder->prefix_used == BD_FRAMING_PREFIX_BYTES) {
@@ -94,7 +94,8 @@ static enum bd_err feed_prefix(struct bd_decoder *decoder, const uint8_t *bytes,
     return BD_ERR_OK;
 }
 
-static enum bd_err make_room(struct bd_decoder *decoder, size_t needed, struct bd_fault *fault)
+static enum bd_err make_room(struct bd_decoder *decoder, size_t needed,
+                             struct bd_err_detail *detail)
 {
     if (needed <= decoder->capacity) return BD_ERR_OK;
     size_t capacity = decoder->capacity ? decoder->capacity * 2 : FIRST_CAPACITY_BYTES;
@@ -102,25 +103,25 @@ static enum bd_err make_room(struct bd_decoder *decoder, size_t needed, struct b
     if (capacity > decoder->wanted) capacity = decoder->wanted;
     uint8_t *buffer = realloc(decoder->buffer, capacity);
     if (!buffer)
-        return bd_fault_set(fault, BD_ERR_NO_MEMORY, "", "no memory for a message of %zu bytes",
-                            decoder->wanted);
+        return bd_err_set(detail, BD_ERR_NO_MEMORY, "", "no memory for a message of %zu bytes",
+                          decoder->wanted);
     decoder->buffer = buffer;
     decoder->capacity = capacity;
     return BD_ERR_OK;
 }
 
 enum bd_err bd_decoder_feed(struct bd_decoder *decoder, const void *bytes, size_t size,
-                            size_t *taken, struct bd_fault *fault)
+                            size_t *taken, struct bd_err_detail *detail)
 {
     *taken = 0;
     if (decoder->complete) return BD_ERR_OK;
-    enum bd_err err = feed_prefix(decoder, bytes, size, taken, fault);
+    enum bd_err err = feed_prefix(decoder, bytes, size, taken, detail);
     if (err || decoder->prefix_used < BD_FRAMING_PREFIX_BYTES) return err;
 
     size_t piece = size - *taken;
     if (piece > decoder->wanted - decoder->used) piece = decoder->wanted - decoder->used;
     if (piece > 0) {
-        err = make_room(decoder, decoder->used + piece, fault);
+        err = make_room(decoder, decoder->used + piece, detail);
         if (err) return err;
         memcpy(decoder->buffer + decoder->used, (const uint8_t *)bytes + *taken, piece);
     }

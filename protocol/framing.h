@@ -62,7 +62,7 @@ void bd_decoder_bound(struct bd_decoder *decoder, uint64_t bytes_max, const char
 // large, BD_ERR_BAD_INPUT for a header that is longer than its message, BD_ERR_NO_MEMORY.
 BD_MUST_CHECK
 enum bd_err bd_decoder_feed(struct bd_decoder *decoder, const void *bytes, size_t size,
-                            size_t *taken, struct bd_fault *fault);
+                            size_t *taken, struct bd_err_detail *detail);
 
 // Moves the complete message to `out`; false, and nothing moved, if there is none yet.
 bool bd_decoder_take(struct bd_decoder *decoder, struct bd_message *out);

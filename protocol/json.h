@@ -30,18 +30,18 @@ json_t *bd_json_from_message(const ProtobufCMessage *message);
 char *bd_json_text_from_message(const ProtobufCMessage *message);
 
 // Fills a new message of type `descriptor`. Free with protobuf_c_message_free_unpacked(m, NULL).
-// With the path in `fault->field`: BD_ERR_USAGE for a name, BD_ERR_BAD_INPUT for a value;
+// With the path in `detail->field`: BD_ERR_USAGE for a name, BD_ERR_BAD_INPUT for a value;
 // BD_ERR_NO_MEMORY.
 BD_MUST_CHECK
 enum bd_err bd_json_to_message(const json_t *json, const ProtobufCMessageDescriptor *descriptor,
-                               ProtobufCMessage **out, struct bd_fault *fault);
+                               ProtobufCMessage **out, struct bd_err_detail *detail);
 
 // The same from text. Duplicate keys, nesting beyond jansson's limit and bytes behind the value
 // are refused.
 BD_MUST_CHECK
 enum bd_err bd_json_text_to_message(const char *text, size_t size,
                                     const ProtobufCMessageDescriptor *descriptor,
-                                    ProtobufCMessage **out, struct bd_fault *fault);
+                                    ProtobufCMessage **out, struct bd_err_detail *detail);
 
 #ifdef __cplusplus
 }

@@ -1,4 +1,4 @@
-// JSON read into messages, by the schema; a fault names the path to what is wrong.
+// JSON read into messages, by the schema; an error names the path to what is wrong.
 
 #include "protocol/json.h"
 
@@ -16,7 +16,7 @@
 // Where we are, "frame.size[1]", kept while walking down and cut back while walking up.
 struct reader {
     char path[128];
-    struct bd_fault *fault;
+    struct bd_err_detail *detail;
 };
 
 static size_t path_push(struct reader *reader, const char *format, ...) BD_PRINTF(2, 3);
@@ -58,13 +58,13 @@ static const char *json_type_name(const json_t *json)
 
 static enum bd_err refuse(struct reader *reader, const json_t *json, const char *wanted)
 {
-    return bd_fault_set(reader->fault, BD_ERR_BAD_INPUT, reader->path, "%s is %s where %s is due",
-                        reader->path[0] ? reader->path : "the body", json_type_name(json), wanted);
+    return bd_err_set(reader->detail, BD_ERR_BAD_INPUT, reader->path, "%s is %s where %s is due",
+                      reader->path[0] ? reader->path : "the body", json_type_name(json), wanted);
 }
 
 static enum bd_err refuse_memory(struct reader *reader)
 {
-    return bd_fault_set(reader->fault, BD_ERR_NO_MEMORY, reader->path, "no memory for the request");
+    return bd_err_set(reader->detail, BD_ERR_NO_MEMORY, reader->path, "no memory for the request");
 }
 
 static bool all_digits(const char *text)
@@ -299,8 +299,8 @@ static enum bd_err refuse_name(struct reader *reader, const char *name,
         bd_nearest_consider(&nearest, descriptor->fields[i].name);
     if (!nearest.name && find_below(descriptor, name, below, sizeof below)) nearest.name = below;
     path_push(reader, "%s%s", reader->path[0] ? "." : "", name);
-    return bd_fault_set(reader->fault, BD_ERR_USAGE, reader->path, "%s: there is no such name%s",
-                        reader->path, bd_nearest_hint(&nearest, hint));
+    return bd_err_set(reader->detail, BD_ERR_USAGE, reader->path, "%s: there is no such name%s",
+                      reader->path, bd_nearest_hint(&nearest, hint));
 }
 
 static enum bd_err check_names(struct reader *reader, const json_t *json,
@@ -342,23 +342,23 @@ static enum bd_err read_message(struct reader *reader, const json_t *json,
 }
 
 enum bd_err bd_json_to_message(const json_t *json, const ProtobufCMessageDescriptor *descriptor,
-                               ProtobufCMessage **out, struct bd_fault *fault)
+                               ProtobufCMessage **out, struct bd_err_detail *detail)
 {
-    struct reader reader = {.fault = fault};
+    struct reader reader = {.detail = detail};
     return read_message(&reader, json, descriptor, out);
 }
 
 enum bd_err bd_json_text_to_message(const char *text, size_t size,
                                     const ProtobufCMessageDescriptor *descriptor,
-                                    ProtobufCMessage **out, struct bd_fault *fault)
+                                    ProtobufCMessage **out, struct bd_err_detail *detail)
 {
-    if (size == 0) return bd_fault_set(fault, BD_ERR_BAD_INPUT, "body", "the body is empty");
+    if (size == 0) return bd_err_set(detail, BD_ERR_BAD_INPUT, "body", "the body is empty");
     json_error_t error;
     json_t *json = json_loadb(text, size, JSON_REJECT_DUPLICATES, &error);
     if (!json)
-        return bd_fault_set(fault, BD_ERR_BAD_INPUT, "body", "the body is no JSON: %s (line %d)",
-                            error.text, error.line);
-    enum bd_err err = bd_json_to_message(json, descriptor, out, fault);
+        return bd_err_set(detail, BD_ERR_BAD_INPUT, "body", "the body is no JSON: %s (line %d)",
+                          error.text, error.line);
+    enum bd_err err = bd_json_to_message(json, descriptor, out, detail);
     json_decref(json);
     return err;
 }

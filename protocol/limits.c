@@ -60,22 +60,22 @@ bool bd_limits_parse(const char *text, uint64_t *out)
 }
 
 enum bd_err bd_limits_set(struct bd_limits *limits, const char *name_equals_value,
-                          struct bd_fault *fault)
+                          struct bd_err_detail *detail)
 {
     const char *equals = strchr(name_equals_value, '=');
     if (!equals)
-        return bd_fault_set(fault, BD_ERR_USAGE, "limit", "a limit is NAME=VALUE, not \"%s\"",
-                            name_equals_value);
+        return bd_err_set(detail, BD_ERR_USAGE, "limit", "a limit is NAME=VALUE, not \"%s\"",
+                          name_equals_value);
     int index = find(name_equals_value, (size_t)(equals - name_equals_value));
     if (index < 0)
-        return bd_fault_set(fault, BD_ERR_USAGE, "limit", "there is no limit \"%.*s\"",
-                            (int)(equals - name_equals_value), name_equals_value);
+        return bd_err_set(detail, BD_ERR_USAGE, "limit", "there is no limit \"%.*s\"",
+                          (int)(equals - name_equals_value), name_equals_value);
     uint64_t value;
     if (!bd_limits_parse(equals + 1, &value) || value < table[index].least || value > table[index].most)
-        return bd_fault_set(fault, BD_ERR_USAGE, table[index].name,
-                            "limit %s goes from %llu to %llu, \"%s\" is not in it",
-                            table[index].name, (unsigned long long)table[index].least,
-                            (unsigned long long)table[index].most, equals + 1);
+        return bd_err_set(detail, BD_ERR_USAGE, table[index].name,
+                          "limit %s goes from %llu to %llu, \"%s\" is not in it", table[index].name,
+                          (unsigned long long)table[index].least,
+                          (unsigned long long)table[index].most, equals + 1);
     memcpy((char *)limits + table[index].offset, &value, sizeof value);
     return BD_ERR_OK;
 }

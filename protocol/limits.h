@@ -118,10 +118,10 @@ struct bd_limits {
 extern const struct bd_limits bd_limits_default;
 
 // Sets one limit from "NAME=VALUE" (decimal, with an optional K, M or G for powers of 1024).
-// Unknown names and values out of range are BD_ERR_USAGE; `fault` names the range.
+// Unknown names and values out of range are BD_ERR_USAGE; `detail` names the range.
 BD_MUST_CHECK
 enum bd_err bd_limits_set(struct bd_limits *limits, const char *name_equals_value,
-                          struct bd_fault *fault);
+                          struct bd_err_detail *detail);
 
 // Reads a whole number with an optional K, M or G, as limits take them. False if `text` is none, or
 // does not fit.

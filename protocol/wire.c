@@ -36,14 +36,14 @@ size_t bd_wire_budget(size_t size)
 }
 
 enum bd_err bd_envelope_decode(const void *bytes, size_t size, Bounced__Envelope **out,
-                               struct bd_fault *fault)
+                               struct bd_err_detail *detail)
 {
     struct bd_wire_alloc alloc;
     bd_wire_alloc_init(&alloc, bd_wire_budget(size));
     Bounced__Envelope *envelope = bounced__envelope__unpack(&alloc.allocator, size, bytes);
     if (!envelope)
-        return bd_fault_set(fault, BD_ERR_BAD_INPUT, "header",
-                            "the header of %zu bytes is no message of this protocol", size);
+        return bd_err_set(detail, BD_ERR_BAD_INPUT, "header",
+                          "the header of %zu bytes is no message of this protocol", size);
     *out = envelope;
     return BD_ERR_OK;
 }
@@ -72,7 +72,7 @@ static const ProtobufCMessage *message_at(const ProtobufCMessage *message,
 
 static enum bd_err check_list(const ProtobufCMessage *message,
                               const ProtobufCFieldDescriptor *field, const char *path,
-                              struct bd_fault *fault)
+                              struct bd_err_detail *detail)
 {
     const char *base = (const char *)message;
     const size_t count = *(const size_t *)(const void *)(base + field->quantifier_offset);
@@ -82,34 +82,34 @@ static enum bd_err check_list(const ProtobufCMessage *message,
     enum bd_err err = BD_ERR_OK;
     for (size_t i = 0; !err && i < count; i++) {
         snprintf(place, sizeof place, "%s.%s[%zu]", path, field->name, i);
-        err = bd_wire_check_known(list[i], place, fault);
+        err = bd_wire_check_known(list[i], place, detail);
     }
     return err;
 }
 
 static enum bd_err check_field(const ProtobufCMessage *message,
                                const ProtobufCFieldDescriptor *field, const char *path,
-                               struct bd_fault *fault)
+                               struct bd_err_detail *detail)
 {
     if (field->type != PROTOBUF_C_TYPE_MESSAGE) return BD_ERR_OK;
-    if (field->label == PROTOBUF_C_LABEL_REPEATED) return check_list(message, field, path, fault);
+    if (field->label == PROTOBUF_C_LABEL_REPEATED) return check_list(message, field, path, detail);
     const ProtobufCMessage *inner = message_at(message, field);
     if (!inner) return BD_ERR_OK;
     char place[PATH_BYTES];
     snprintf(place, sizeof place, "%s.%s", path, field->name);
-    return bd_wire_check_known(inner, place, fault);
+    return bd_wire_check_known(inner, place, detail);
 }
 
 enum bd_err bd_wire_check_known(const ProtobufCMessage *message, const char *path,
-                                struct bd_fault *fault)
+                                struct bd_err_detail *detail)
 {
     if (message->n_unknown_fields > 0)
-        return bd_fault_set(fault, BD_ERR_UNSUPPORTED, path,
-                            "%s: this server knows no field %u of a %s", path,
-                            message->unknown_fields[0].tag, message->descriptor->short_name);
+        return bd_err_set(detail, BD_ERR_UNSUPPORTED, path,
+                          "%s: this server knows no field %u of a %s", path,
+                          message->unknown_fields[0].tag, message->descriptor->short_name);
     enum bd_err err = BD_ERR_OK;
     for (unsigned i = 0; !err && i < message->descriptor->n_fields; i++)
-        err = check_field(message, &message->descriptor->fields[i], path, fault);
+        err = check_field(message, &message->descriptor->fields[i], path, detail);
     return err;
 }
 
@@ -149,21 +149,22 @@ static struct packed take_value(struct packed *in, unsigned wire_type)
     return value;
 }
 
-static enum bd_err check_one_text(struct packed text, const char *path, struct bd_fault *fault)
+static enum bd_err check_one_text(struct packed text, const char *path,
+                                  struct bd_err_detail *detail)
 {
     const size_t size = (size_t)(text.end - text.at), bad = bd_text_bad_at(text.at, size);
     if (bad == size) return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_BAD_INPUT, path, "%s: %s", path,
-                        text.at[bad] ? "is no UTF-8" : "holds a zero byte");
+    return bd_err_set(detail, BD_ERR_BAD_INPUT, path, "%s: %s", path,
+                      text.at[bad] ? "is no UTF-8" : "holds a zero byte");
 }
 
 static enum bd_err check_texts(const ProtobufCMessageDescriptor *descriptor, struct packed in,
-                               const char *path, struct bd_fault *fault);
+                               const char *path, struct bd_err_detail *detail);
 
 // The body of an envelope is the request itself: what it holds is named alone.
 static enum bd_err check_value(const ProtobufCFieldDescriptor *field, bool is_body,
                                struct packed value, uint32_t number, const char *path,
-                               struct bd_fault *fault)
+                               struct bd_err_detail *detail)
 {
     char place[PATH_BYTES];
     const bool is_list = field->label == PROTOBUF_C_LABEL_REPEATED;
@@ -171,12 +172,12 @@ static enum bd_err check_value(const ProtobufCFieldDescriptor *field, bool is_bo
         snprintf(place, sizeof place, "%s%s%s", path, path[0] ? "." : "", field->name);
     if (is_list && used >= 0 && (size_t)used < sizeof place)
         snprintf(place + used, sizeof place - (size_t)used, "[%u]", number);
-    if (field->type == PROTOBUF_C_TYPE_STRING) return check_one_text(value, place, fault);
-    return check_texts(field->descriptor, value, is_body ? "" : place, fault);
+    if (field->type == PROTOBUF_C_TYPE_STRING) return check_one_text(value, place, detail);
+    return check_texts(field->descriptor, value, is_body ? "" : place, detail);
 }
 
 static enum bd_err check_texts(const ProtobufCMessageDescriptor *descriptor, struct packed in,
-                               const char *path, struct bd_fault *fault)
+                               const char *path, struct bd_err_detail *detail)
 {
     uint32_t seen[FIELDS_MAX] = {0};
     enum bd_err err = BD_ERR_OK;
@@ -189,16 +190,16 @@ static enum bd_err check_texts(const ProtobufCMessageDescriptor *descriptor, str
         if (!field || (tag & 7) != PROTOBUF_C_WIRE_TYPE_LENGTH_PREFIXED) continue;
         if (field->type == PROTOBUF_C_TYPE_STRING || field->type == PROTOBUF_C_TYPE_MESSAGE)
             err = check_value(field, descriptor == &bounced__envelope__descriptor, value,
-                              seen[field - descriptor->fields]++, path, fault);
+                              seen[field - descriptor->fields]++, path, detail);
     }
     return err;
 }
 
 enum bd_err bd_wire_check_text(const ProtobufCMessageDescriptor *descriptor, const void *bytes,
-                               size_t size, struct bd_fault *fault)
+                               size_t size, struct bd_err_detail *detail)
 {
     const struct packed in = {bytes, (const uint8_t *)bytes + size};
-    return check_texts(descriptor, in, "", fault);
+    return check_texts(descriptor, in, "", detail);
 }
 
 void bd_envelope_encode(const Bounced__Envelope *envelope, size_t payload_bytes, uint8_t **out,

@@ -38,22 +38,22 @@ size_t bd_wire_budget(size_t size);
 // Free with bd_envelope_free.
 BD_MUST_CHECK
 enum bd_err bd_envelope_decode(const void *bytes, size_t size, Bounced__Envelope **out,
-                               struct bd_fault *fault);
+                               struct bd_err_detail *detail);
 void bd_envelope_free(Bounced__Envelope **envelope); // takes NULL
 
 // BD_ERR_UNSUPPORTED if the message or one in it has a field that this build does not know: for
-// messages that are not to be done by half. `fault` names the path behind `path`
+// messages that are not to be done by half. `detail` names the path behind `path`
 // ("ops[0].set_light") and the field's number.
 BD_MUST_CHECK
 enum bd_err bd_wire_check_known(const ProtobufCMessage *message, const char *path,
-                                struct bd_fault *fault);
+                                struct bd_err_detail *detail);
 
 // BD_ERR_BAD_INPUT if a text in the packed message holds a zero byte, which would end it, or is no
-// UTF-8: nobody behind this has to ask. The bytes have been unpacked once. `fault` names the field;
-// what an envelope holds is named without the body's own name ("ops[0].add_light.name").
+// UTF-8: nobody behind this has to ask. The bytes have been unpacked once. `detail` names the
+// field; what an envelope holds is named without the body's own name ("ops[0].add_light.name").
 BD_MUST_CHECK
 enum bd_err bd_wire_check_text(const ProtobufCMessageDescriptor *descriptor, const void *bytes,
-                               size_t size, struct bd_fault *fault);
+                               size_t size, struct bd_err_detail *detail);
 
 // The whole unit's start: prefix and packed header, for a payload of `payload_bytes` to follow it.
 // The caller frees `*out`. Aborts without memory, as nothing sensible can be said then.

@@ -16,10 +16,10 @@
 #include "scene/store/store_journal.h"
 #include "sched/sched.h"
 
-static int fail(const struct bd_fault *fault)
+static int fail(const struct bd_err_detail *detail)
 {
-    bd_log(BD_LOG_ERROR, "main", "%s", fault->message);
-    return bd_err_exit_code(fault->err);
+    bd_log(BD_LOG_ERROR, "main", "%s", detail->message);
+    return bd_err_exit_code(detail->err);
 }
 
 static char *list_devices_json(void)
@@ -44,16 +44,16 @@ static void add_default_listen(struct bd_options *options, char *buffer, size_t 
         options->listens[options->listen_count++] = buffer;
 }
 
-static enum bd_err check_listens(const struct bd_options *options, struct bd_fault *fault)
+static enum bd_err check_listens(const struct bd_options *options, struct bd_err_detail *detail)
 {
     if (options->listen_count > 0 || options->private_fd >= 0 || strcmp(options->http, "none") != 0)
         return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_USAGE, "listen",
-                        "nothing to listen on: no --listen, no XDG_RUNTIME_DIR, and --http none");
+    return bd_err_set(detail, BD_ERR_USAGE, "listen",
+                      "nothing to listen on: no --listen, no XDG_RUNTIME_DIR, and --http none");
 }
 
 static enum bd_err open_sched(const struct bd_options *options, const char *data_directory,
-                              struct bd_sched **out, struct bd_fault *fault)
+                              struct bd_sched **out, struct bd_err_detail *detail)
 {
     const struct bd_limits *limits = &options->limits;
     struct bd_sched_options sched = {
@@ -68,12 +68,12 @@ static enum bd_err open_sched(const struct bd_options *options, const char *data
                          .reply_bytes_max = limits->reply_bytes},
         .lose_device_after_slices = (uint32_t)limits->debug_lose_device_after_slices,
     };
-    return bd_sched_create(&sched, out, fault);
+    return bd_sched_create(&sched, out, detail);
 }
 
 static enum bd_err serve(const struct bd_options *options, struct bd_sched *sched,
                          struct bd_blobs *blobs, struct bd_store *store, struct bd_journal *journal,
-                         struct bd_fault *fault)
+                         struct bd_err_detail *detail)
 {
     struct bd_net_options net_options = {
         .http =
@@ -99,7 +99,7 @@ static enum bd_err serve(const struct bd_options *options, struct bd_sched *sche
     memcpy(net_options.public_names, options->public_names, sizeof net_options.public_names);
     memcpy(net_options.serving.proxies, options->proxies, sizeof net_options.serving.proxies);
     struct bd_net *net;
-    enum bd_err err = bd_net_create(&net_options, &net, fault);
+    enum bd_err err = bd_net_create(&net_options, &net, detail);
     if (err) return err;
     bd_net_run(net);
     bd_net_destroy(&net);
@@ -108,7 +108,7 @@ static enum bd_err serve(const struct bd_options *options, struct bd_sched *sche
 
 // Before the first thread starts, for Landlock holds for those that come after it.
 static enum bd_err confine_paths(const struct bd_options *options, const struct bd_data_dir *data,
-                                 struct bd_fault *fault)
+                                 struct bd_err_detail *detail)
 {
     const char *sockets[BD_NET_LISTEN_MAX + 1] = {NULL}, *again[BD_NET_CONFIG_MAX + 2] = {NULL};
     uint32_t socket_count = 0, again_count = 0;
@@ -125,45 +125,45 @@ static enum bd_err confine_paths(const struct bd_options *options, const struct 
         .sockets = sockets,
     };
     bd_confine_privileges();
-    return bd_confine_paths(options->sandbox, &paths, fault);
+    return bd_confine_paths(options->sandbox, &paths, detail);
 }
 
 // After it, for what a driver does once it may do.
 static enum bd_err confine_calls(const struct bd_options *options, struct bd_sched *sched,
-                                 struct bd_fault *fault)
+                                 struct bd_err_detail *detail)
 {
     struct bd_sched_stats stats;
     bd_sched_stats(sched, &stats);
-    return bd_confine_calls(options->sandbox, stats.software, fault);
+    return bd_confine_calls(options->sandbox, stats.software, detail);
 }
 
 // The rooms, lowest first.
-static enum bd_err run(const struct bd_options *options, struct bd_fault *fault)
+static enum bd_err run(const struct bd_options *options, struct bd_err_detail *detail)
 {
     struct bd_data_dir data;
     bool is_temporary = options->private_fd >= 0 && !options->data;
-    enum bd_err err = is_temporary ? bd_data_dir_open_temporary(&data, fault)
-                                   : bd_data_dir_open(options->data, &data, fault);
+    enum bd_err err = is_temporary ? bd_data_dir_open_temporary(&data, detail)
+                                   : bd_data_dir_open(options->data, &data, detail);
     if (err) return err;
 
     struct bd_blobs *blobs = NULL;
-    err = confine_paths(options, &data, fault);
+    err = confine_paths(options, &data, detail);
     if (err) goto close_data;
-    err = bd_blobs_open(data.path, &blobs, fault);
+    err = bd_blobs_open(data.path, &blobs, detail);
     if (err) goto close_data;
     struct bd_journal *journal = NULL;
     struct bd_store *store = bd_store_create((uint32_t)options->limits.scenes);
-    err = options->accepts_journal ? bd_journal_open_as_it_is(data.path, &journal, fault)
-                                   : bd_journal_open(data.path, &journal, fault);
-    if (!err) err = bd_store_load(store, journal, fault);
+    err = options->accepts_journal ? bd_journal_open_as_it_is(data.path, &journal, detail)
+                                   : bd_journal_open(data.path, &journal, detail);
+    if (!err) err = bd_store_load(store, journal, detail);
     if (err) goto close_store;
 
     // A directory that is about to go keeps no shaders warm: the drivers' own place does.
     struct bd_sched *sched = NULL;
-    err = open_sched(options, is_temporary ? NULL : data.path, &sched, fault);
+    err = open_sched(options, is_temporary ? NULL : data.path, &sched, detail);
     if (err) goto close_store;
-    err = confine_calls(options, sched, fault);
-    if (!err) err = serve(options, sched, blobs, store, journal, fault);
+    err = confine_calls(options, sched, detail);
+    if (!err) err = serve(options, sched, blobs, store, journal, detail);
     bd_sched_destroy(&sched);
 close_store:
     bd_store_destroy(&store);
@@ -179,8 +179,8 @@ int main(int argc, char **argv)
     if (argc >= 2 && strcmp(argv[1], "--import") == 0) return bd_import_child_main(argc, argv);
 
     struct bd_options options;
-    struct bd_fault fault = {0};
-    enum bd_err err = bd_options_read(&options, argc, argv, &fault);
+    struct bd_err_detail detail = {0};
+    enum bd_err err = bd_options_read(&options, argc, argv, &detail);
     bd_log_setup(options.log_debug    ? BD_LOG_DEBUG
                  : options.log_errors ? BD_LOG_ERROR
                                       : BD_LOG_INFO,
@@ -188,7 +188,7 @@ int main(int argc, char **argv)
     int status = 0;
     char default_listen[160];
     if (err) {
-        status = fail(&fault);
+        status = fail(&detail);
     } else if (options.shows_version) {
         puts("bounced " BD_VERSION);
     } else if (options.shows_help) {
@@ -197,7 +197,7 @@ int main(int argc, char **argv)
         status = print_devices(&options);
     } else {
         add_default_listen(&options, default_listen, sizeof default_listen);
-        if (check_listens(&options, &fault) || run(&options, &fault)) status = fail(&fault);
+        if (check_listens(&options, &detail) || run(&options, &detail)) status = fail(&detail);
     }
     bd_options_finish(&options);
     return status;

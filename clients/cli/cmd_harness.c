@@ -44,19 +44,19 @@ static bool find_near(const char *self, char *package)
     return false;
 }
 
-static enum bd_err find_package(const char *self, char *package, struct bd_fault *fault)
+static enum bd_err find_package(const char *self, char *package, struct bd_err_detail *detail)
 {
     const char *named = getenv("BOUNCE_HARNESS");
     if (named && *named) {
         snprintf(package, PATH_BYTES, "%s", named);
         if (is_package(package)) return BD_ERR_OK;
-        return bd_fault_set(fault, BD_ERR_NOT_FOUND, "BOUNCE_HARNESS",
-                            "$BOUNCE_HARNESS, %.200s: no __main__.py to read there", named);
+        return bd_err_set(detail, BD_ERR_NOT_FOUND, "BOUNCE_HARNESS",
+                          "$BOUNCE_HARNESS, %.200s: no __main__.py to read there", named);
     }
     if (find_near(self, package)) return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_NOT_FOUND, "BOUNCE_HARNESS",
-                        "the Python package of this command is not installed beside this program "
-                        "(share/bounced/harness); name its folder by $BOUNCE_HARNESS");
+    return bd_err_set(detail, BD_ERR_NOT_FOUND, "BOUNCE_HARNESS",
+                      "the Python package of this command is not installed beside this program "
+                      "(share/bounced/harness); name its folder by $BOUNCE_HARNESS");
 }
 
 // Puts `folder` before what the user has in PYTHONPATH.
@@ -76,41 +76,41 @@ static const char *python(void)
 
 // Comes back only if the interpreter cannot be started.
 static enum bd_err become_python(char *package, const char *command, const char *const *words,
-                                 int count, struct bd_fault *fault)
+                                 int count, struct bd_err_detail *detail)
 {
     char name_of[PATH_BYTES], folder_of[PATH_BYTES];
     snprintf(name_of, sizeof name_of, "%s", package);
     snprintf(folder_of, sizeof folder_of, "%s", package);
     const char *argv[ARGUMENT_MAX + 5] = {python(), "-m", basename(name_of), command};
     if (count > ARGUMENT_MAX)
-        return bd_fault_set(fault, BD_ERR_USAGE, "", "more than %d arguments", ARGUMENT_MAX);
+        return bd_err_set(detail, BD_ERR_USAGE, "", "more than %d arguments", ARGUMENT_MAX);
     memcpy(argv + 4, words, (size_t)count * sizeof *words);
     find_modules_in(dirname(folder_of));
     execv(python(), (char *const *)argv);
-    return bd_fault_set(fault, BD_ERR_UNSUPPORTED, "",
-                        "%s: %s; this command is written in Python 3 (Debian: python3 "
-                        "python3-numpy, or name another by $BOUNCE_PYTHON)",
-                        python(), strerror(errno));
+    return bd_err_set(detail, BD_ERR_UNSUPPORTED, "",
+                      "%s: %s; this command is written in Python 3 (Debian: python3 "
+                      "python3-numpy, or name another by $BOUNCE_PYTHON)",
+                      python(), strerror(errno));
 }
 
 static int run(const char *command, const char *const *words, int count)
 {
     char self[PATH_BYTES], given[PATH_BYTES], package[PATH_BYTES], daemon[PATH_BYTES];
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     enum bd_err err = BD_ERR_OK;
-    if (!find_self(self)) err = bd_fault_set(&fault, BD_ERR_IO, "", "/proc is not there");
-    if (!err) err = find_package(self, given, &fault);
+    if (!find_self(self)) err = bd_err_set(&detail, BD_ERR_IO, "", "/proc is not there");
+    if (!err) err = find_package(self, given, &detail);
     // A symbolic link, or a folder named "..", is no name of a module.
     if (!err && !realpath(given, package))
         err =
-            bd_fault_set(&fault, BD_ERR_IO, "BOUNCE_HARNESS", "%.200s: %s", given, strerror(errno));
-    if (!err) err = bd_transport_find_daemon(daemon, &fault);
+            bd_err_set(&detail, BD_ERR_IO, "BOUNCE_HARNESS", "%.200s: %s", given, strerror(errno));
+    if (!err) err = bd_transport_find_daemon(daemon, &detail);
     if (!err) {
         setenv("BOUNCE", self, 1);
         setenv("BOUNCED", daemon, 1);
-        err = become_python(package, command, words, count, &fault);
+        err = become_python(package, command, words, count, &detail);
     }
-    return bd_cmd_fail(err, &fault, false);
+    return bd_cmd_fail(err, &detail, false);
 }
 
 int bd_cmd_stability(const char *const *words, int count)

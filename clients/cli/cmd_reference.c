@@ -127,7 +127,7 @@ static void add_samples(struct samples *samples, Bounced__FrameRequest *frame, u
 
 // `spp` 0: the plan alone, which knows every option as it will be used.
 static enum bd_err ask(struct command *command, uint32_t spp, uint32_t deadline_ms,
-                       struct bd_cli_answer *answer, struct bd_fault *fault)
+                       struct bd_cli_answer *answer, struct bd_err_detail *detail)
 {
     static const char *const layers[] = {BD_CLI_REFERENCE_LAYERS};
     struct samples samples;
@@ -150,24 +150,25 @@ static enum bd_err ask(struct command *command, uint32_t spp, uint32_t deadline_
     envelope.body_case = BOUNCED__ENVELOPE__BODY_RENDER;
     envelope.render = &render;
     const struct bd_cli_conn_watch watch = {.share = on_share, .user = command};
-    enum bd_err err = bd_cli_conn_call(command->conn, &envelope, NULL, 0,
-                                       BOUNCED__ENVELOPE__BODY_RENDER_REPLY, &watch, answer, fault);
+    enum bd_err err =
+        bd_cli_conn_call(command->conn, &envelope, NULL, 0, BOUNCED__ENVELOPE__BODY_RENDER_REPLY,
+                         &watch, answer, detail);
     if (spp) free(frame.parameters);
     if (!err && !answer->envelope->render_reply->report)
-        err = bd_fault_set(fault, BD_ERR_INTERNAL, "server", "an answer without a report");
+        err = bd_err_set(detail, BD_ERR_INTERNAL, "server", "an answer without a report");
     return err;
 }
 
 // --- the file -------------------------------------------------------------------------------
 
-static enum bd_err write_file(struct command *command, struct bd_fault *fault)
+static enum bd_err write_file(struct command *command, struct bd_err_detail *detail)
 {
     struct bd_bytes bytes = {0};
     uint64_t start_ns = bd_clock_ns();
     bd_cli_reference_file_set_filters(command->file, command->options.filter_noise);
-    enum bd_err err = bd_cli_reference_file_encode(command->file, &bytes, fault);
+    enum bd_err err = bd_cli_reference_file_encode(command->file, &bytes, detail);
     if (!err)
-        err = bd_cli_output_write(command->options.output, bytes.data, bytes.size_bytes, fault);
+        err = bd_cli_output_write(command->options.output, bytes.data, bytes.size_bytes, detail);
     bd_bytes_finish(&bytes);
     command->write_s = since_s(start_ns);
     command->written_ns = bd_clock_ns();
@@ -176,39 +177,40 @@ static enum bd_err write_file(struct command *command, struct bd_fault *fault)
     return err;
 }
 
-static enum bd_err read_file(struct command *command, int fd, size_t size, struct bd_fault *fault)
+static enum bd_err read_file(struct command *command, int fd, size_t size,
+                             struct bd_err_detail *detail)
 {
     const char *path = command->options.output;
     void *bytes = size ? mmap(NULL, size, PROT_READ, MAP_PRIVATE, fd, 0) : MAP_FAILED;
     if (bytes == MAP_FAILED)
-        return bd_fault_set(fault, BD_ERR_BAD_INPUT, "output", "%.200s: %s", path,
-                            size ? strerror(errno) : "empty");
-    struct bd_fault inner = {0};
+        return bd_err_set(detail, BD_ERR_BAD_INPUT, "output", "%.200s: %s", path,
+                          size ? strerror(errno) : "empty");
+    struct bd_err_detail inner = {0};
     enum bd_err err = bd_cli_reference_file_add(command->file, bytes, size, &inner);
     munmap(bytes, size);
     if (!err) return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_USAGE, "output",
-                        "%.200s is there and no reference to go on from (%.150s); another -o, or "
-                        "--force to start anew",
-                        path, inner.message);
+    return bd_err_set(detail, BD_ERR_USAGE, "output",
+                      "%.200s is there and no reference to go on from (%.150s); another -o, or "
+                      "--force to start anew",
+                      path, inner.message);
 }
 
 // What is there already, if it was made by the same options.
 static enum bd_err resume(struct command *command, const Bounced__Report *plan,
-                          struct bd_fault *fault)
+                          struct bd_err_detail *detail)
 {
     static const uint32_t everywhere[4] = {0};
     const Bounced__FrameRequest *frame = command->options.frame;
     const char *path = command->options.output;
     if (command->options.force || access(path, F_OK)) return BD_ERR_OK;
     uint64_t size = 0;
-    int fd = bd_cli_open_regular(path, &size, fault);
-    if (fd < 0) return fault->err;
-    enum bd_err err = read_file(command, fd, size, fault);
+    int fd = bd_cli_open_regular(path, &size, detail);
+    if (fd < 0) return detail->err;
+    enum bd_err err = read_file(command, fd, size, detail);
     close(fd);
     if (!err)
         err = bd_cli_reference_report_match(plan, frame->n_region ? frame->region : everywhere,
-                                            command->file, path, fault);
+                                            command->file, path, detail);
     command->written_spp = bd_cli_reference_file_spp(command->file);
     command->wrote_filtered = bd_cli_reference_file_filters(command->file);
     return err;
@@ -231,22 +233,22 @@ static uint32_t next_piece(const struct command *command)
 }
 
 static enum bd_err take_piece(struct command *command, const struct bd_cli_answer *answer,
-                              uint64_t asked_ns, struct bd_fault *fault)
+                              uint64_t asked_ns, struct bd_err_detail *detail)
 {
     const Bounced__Report *report = answer->envelope->render_reply->report;
     if (answer->message.payload_bytes == 0)
-        return bd_fault_set(fault, BD_ERR_INTERNAL, "server", "an answer without a picture");
-    struct bd_fault inner = {0};
+        return bd_err_set(detail, BD_ERR_INTERNAL, "server", "an answer without a picture");
+    struct bd_err_detail inner = {0};
     enum bd_err err = bd_cli_reference_file_add(command->file, answer->message.payload,
                                                 answer->message.payload_bytes, &inner);
     if (err)
-        return bd_fault_set(fault, BD_ERR_INTERNAL, "server", "the daemon's answer: %s",
-                            inner.message);
+        return bd_err_set(detail, BD_ERR_INTERNAL, "server", "the daemon's answer: %s",
+                          inner.message);
     double traced_s = 1e-3 * bd_cli_reference_report_pass_ms(report, "trace");
     double once_s = 1e-3 * bd_cli_reference_report_pass_ms(report, "bvh");
     command->sample_s = traced_s / command->piece_spp;
     command->overhead_s = fmax(since_s(asked_ns) - traced_s - once_s, 0);
-    return bd_cli_reference_report_add(&command->report, report, fault);
+    return bd_cli_reference_report_add(&command->report, report, detail);
 }
 
 // Milliseconds that the next piece may take; 0 = as many as it needs. False: none are left.
@@ -260,26 +262,26 @@ static bool time_is_left(const struct command *command, uint32_t *deadline_ms)
 }
 
 static enum bd_err trace_piece(struct command *command, uint32_t deadline_ms,
-                               struct bd_fault *fault)
+                               struct bd_err_detail *detail)
 {
     struct bd_cli_answer answer = {0};
     uint64_t asked_ns = bd_clock_ns();
     command->piece_spp = next_piece(command);
-    enum bd_err err = ask(command, command->piece_spp, deadline_ms, &answer, fault);
-    if (!err) err = take_piece(command, &answer, asked_ns, fault);
+    enum bd_err err = ask(command, command->piece_spp, deadline_ms, &answer, detail);
+    if (!err) err = take_piece(command, &answer, asked_ns, detail);
     bd_cli_answer_finish(&answer);
     uint32_t piece_spp = command->piece_spp;
     if (!err) show_state(command);
     command->piece_spp = piece_spp;
     bool due = since_s(command->written_ns) > fmax(WRITE_S, WRITE_LASTS * command->write_s);
-    return !err && due ? write_file(command, fault) : err;
+    return !err && due ? write_file(command, detail) : err;
 }
 
 static const char time_is_up[] = "deadline";
 
 // Until there are enough samples, or no time is left, which `*stopped` then says.
 static enum bd_err trace_pieces(struct command *command, const char **stopped,
-                                struct bd_fault *fault)
+                                struct bd_err_detail *detail)
 {
     enum bd_err err = BD_ERR_OK;
     uint32_t deadline_ms;
@@ -287,58 +289,58 @@ static enum bd_err trace_pieces(struct command *command, const char **stopped,
     command->start_spp = bd_cli_reference_file_spp(command->file);
     bd_cli_progress_stage(&command->progress, "reference");
     while (!err && bd_cli_reference_file_spp(command->file) < command->options.spp) {
-        if (bd_interrupted()) return bd_fault_set(fault, BD_ERR_CANCELLED, "", "interrupted");
+        if (bd_interrupted()) return bd_err_set(detail, BD_ERR_CANCELLED, "", "interrupted");
         if (!time_is_left(command, &deadline_ms)) {
             *stopped = time_is_up;
             return BD_ERR_OK;
         }
-        err = trace_piece(command, deadline_ms, fault);
+        err = trace_piece(command, deadline_ms, detail);
     }
     // The daemon keeps the limit to the millisecond; a file with samples in it keeps those.
     if (err != BD_ERR_DEADLINE) return err;
     if (bd_cli_reference_file_spp(command->file) == 0)
-        return bd_fault_set(fault, err, "time-limit",
-                            "--time-limit %g: not even %u samples a pixel fit",
-                            command->options.time_limit_s, FIRST_PIECE_SPP);
+        return bd_err_set(detail, err, "time-limit",
+                          "--time-limit %g: not even %u samples a pixel fit",
+                          command->options.time_limit_s, FIRST_PIECE_SPP);
     *stopped = time_is_up;
     return BD_ERR_OK;
 }
 
 // --- the command ----------------------------------------------------------------------------
 
-static enum bd_err open_scene(struct command *command, struct bd_fault *fault)
+static enum bd_err open_scene(struct command *command, struct bd_err_detail *detail)
 {
     const struct bd_cli_reference *options = &command->options;
     enum bd_err err =
-        bd_cli_conn_open(&options->common, BD_CLI_CONN_RUNNING_OR_START, &command->conn, fault);
+        bd_cli_conn_open(&options->common, BD_CLI_CONN_RUNNING_OR_START, &command->conn, detail);
     if (!err)
         err = bd_cli_source_send(&command->source, options->scene, options->environment,
-                                 command->conn, &command->progress, fault);
+                                 command->conn, &command->progress, detail);
     return err;
 }
 
-static enum bd_err plan_and_resume(struct command *command, struct bd_fault *fault)
+static enum bd_err plan_and_resume(struct command *command, struct bd_err_detail *detail)
 {
     struct bd_cli_answer answer = {0};
     bd_cli_progress_stage(&command->progress, "import");
-    enum bd_err err = ask(command, 0, 0, &answer, fault);
+    enum bd_err err = ask(command, 0, 0, &answer, detail);
     const Bounced__Report *plan = err ? NULL : answer.envelope->render_reply->report;
-    if (!err) err = resume(command, plan, fault);
-    if (!err) err = bd_cli_reference_report_begin(&command->report, plan, fault);
+    if (!err) err = resume(command, plan, detail);
+    if (!err) err = bd_cli_reference_report_begin(&command->report, plan, detail);
     bd_cli_answer_finish(&answer);
     return err;
 }
 
 static enum bd_err write_report(struct command *command, const char *stopped,
-                                struct bd_fault *fault)
+                                struct bd_err_detail *detail)
 {
     const struct bd_cli_reference *options = &command->options;
     if (!options->report && !options->common.json) return BD_ERR_OK;
     char *text = bd_cli_reference_report_json(&command->report, command->file, stopped);
-    if (!text) return bd_fault_set(fault, BD_ERR_NO_MEMORY, "report", "no memory for the report");
+    if (!text) return bd_err_set(detail, BD_ERR_NO_MEMORY, "report", "no memory for the report");
     enum bd_err err = BD_ERR_OK;
-    if (options->report) err = bd_cli_output_write(options->report, text, strlen(text), fault);
-    if (!err && options->common.json) err = bd_cli_output_write("-", text, strlen(text), fault);
+    if (options->report) err = bd_cli_output_write(options->report, text, strlen(text), detail);
+    if (!err && options->common.json) err = bd_cli_output_write("-", text, strlen(text), detail);
     command->has_spoken_json = options->common.json && !err;
     free(text);
     return err;
@@ -356,25 +358,26 @@ static void say_how_far(const struct command *command, const char *why)
     fputc('\n', stderr);
 }
 
-static enum bd_err run(struct command *command, struct bd_fault *fault)
+static enum bd_err run(struct command *command, struct bd_err_detail *detail)
 {
     const char *stopped = "complete";
-    enum bd_err err = open_scene(command, fault);
-    if (!err) err = plan_and_resume(command, fault);
+    enum bd_err err = open_scene(command, detail);
+    if (!err) err = plan_and_resume(command, detail);
     if (err) {
-        bd_cmd_name_scene(command->options.scene, fault);
+        bd_cmd_name_scene(command->options.scene, detail);
         return err;
     }
-    enum bd_err traced = trace_pieces(command, &stopped, fault);
+    enum bd_err traced = trace_pieces(command, &stopped, detail);
     bd_cli_progress_clear(&command->progress);
     // Whatever ended it: what there is is kept.
-    struct bd_fault write_fault = {0};
+    struct bd_err_detail write_detail = {0};
     const bool is_new = bd_cli_reference_file_spp(command->file) > command->written_spp;
     if (is_new || (command->written_spp && command->wrote_filtered != command->options.filter_noise))
-        err = write_file(command, &write_fault);
-    if (err && !traced) *fault = write_fault;
+        err = write_file(command, &write_detail);
+    if (err && !traced) *detail = write_detail;
     if (traced == BD_ERR_CANCELLED) stopped = "cancelled";
-    if (!err && (!traced || traced == BD_ERR_CANCELLED)) err = write_report(command, stopped, fault);
+    if (!err && (!traced || traced == BD_ERR_CANCELLED))
+        err = write_report(command, stopped, detail);
     say_how_far(command, traced == BD_ERR_CANCELLED ? "interrupted"
                          : stopped == time_is_up    ? "time is up"
                                                     : "");
@@ -384,19 +387,19 @@ static enum bd_err run(struct command *command, struct bd_fault *fault)
 int bd_cmd_reference(const char *const *words, int count)
 {
     struct command command = {0};
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     struct bd_cli_reference *options = &command.options;
-    enum bd_err err = bd_cli_parse_reference(words, count, options, &fault);
+    enum bd_err err = bd_cli_parse_reference(words, count, options, &detail);
     if (!err && options->help) {
         bd_cli_frame_finish(&options->frame);
         return bd_help_reference();
     }
-    if (!err) err = bd_cli_output_check(options->output, &fault);
-    if (!err && options->report) err = bd_cli_output_check(options->report, &fault);
-    if (!err) err = bd_cli_source_check(options->scene, options->environment, &fault);
+    if (!err) err = bd_cli_output_check(options->output, &detail);
+    if (!err && options->report) err = bd_cli_output_check(options->report, &detail);
+    if (!err) err = bd_cli_source_check(options->scene, options->environment, &detail);
     bd_cli_progress_init(&command.progress, options->common.quiet);
     command.file = bd_cli_reference_file_create();
-    if (!err) err = run(&command, &fault);
+    if (!err) err = run(&command, &detail);
     bd_cli_progress_clear(&command.progress);
     bd_cli_reference_report_finish(&command.report);
     bd_cli_reference_file_destroy(&command.file);
@@ -404,5 +407,5 @@ int bd_cmd_reference(const char *const *words, int count)
     bd_cli_conn_close(&command.conn);
     bd_cli_frame_finish(&options->frame);
     bool json = options->common.json && !command.has_spoken_json;
-    return err ? bd_cmd_fail(err, &fault, json) : 0;
+    return err ? bd_cmd_fail(err, &detail, json) : 0;
 }

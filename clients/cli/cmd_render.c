@@ -29,47 +29,47 @@ static bool renders_little(const struct bd_cli_render *options)
 // The daemon first: a private one starts while the files are read here.
 static enum bd_err open_and_render(const struct bd_cli_render *options, struct bd_cli_conn **conn,
                                    struct bd_cli_progress *progress, struct bd_cli_answer *answer,
-                                   struct bd_fault *fault)
+                                   struct bd_err_detail *detail)
 {
     struct bd_cli_common common = options->common;
     common.quick_code = renders_little(options);
-    enum bd_err err = bd_cli_conn_open(&common, BD_CLI_CONN_RUNNING_OR_START, conn, fault);
+    enum bd_err err = bd_cli_conn_open(&common, BD_CLI_CONN_RUNNING_OR_START, conn, detail);
     if (err) return err;
     struct bd_cli_source source;
-    err = bd_cli_source_send(&source, options->scene, options->environment, *conn, progress, fault);
+    err =
+        bd_cli_source_send(&source, options->scene, options->environment, *conn, progress, detail);
     if (!err) {
         Bounced__Render render = BOUNCED__RENDER__INIT;
         bd_cli_source_fill_render(&source, &render);
-        err = bd_cli_frame_ask(*conn, &render, options, progress, answer, fault);
+        err = bd_cli_frame_ask(*conn, &render, options, progress, answer, detail);
     }
     bd_cli_source_finish(&source);
     return err;
 }
 
 static enum bd_err write_text(const char *path, const Bounced__Report *report,
-                              struct bd_fault *fault)
+                              struct bd_err_detail *detail)
 {
     char *text = bd_cli_report_json(&report->base);
-    if (!text) return bd_fault_set(fault, BD_ERR_NO_MEMORY, "report", "no memory for the report");
-    enum bd_err err = bd_cli_output_write(path, text, strlen(text), fault);
+    if (!text) return bd_err_set(detail, BD_ERR_NO_MEMORY, "report", "no memory for the report");
+    enum bd_err err = bd_cli_output_write(path, text, strlen(text), detail);
     free(text);
     return err;
 }
 
 static enum bd_err write_results(const struct bd_cli_render *options,
-                                 const struct bd_cli_answer *answer, struct bd_fault *fault)
+                                 const struct bd_cli_answer *answer, struct bd_err_detail *detail)
 {
     const Bounced__Report *report = answer->envelope->render_reply->report;
-    if (!report)
-        return bd_fault_set(fault, BD_ERR_INTERNAL, "server", "an answer without a report");
+    if (!report) return bd_err_set(detail, BD_ERR_INTERNAL, "server", "an answer without a report");
     if (options->output && answer->message.payload_bytes == 0)
-        return bd_fault_set(fault, BD_ERR_INTERNAL, "server", "an answer without a picture");
+        return bd_err_set(detail, BD_ERR_INTERNAL, "server", "an answer without a picture");
     enum bd_err err = BD_ERR_OK;
     if (options->output)
         err = bd_cli_output_write(options->output, answer->message.payload,
-                                  answer->message.payload_bytes, fault);
-    if (!err && options->report) err = write_text(options->report, report, fault);
-    if (!err && options->common.json) err = write_text("-", report, fault);
+                                  answer->message.payload_bytes, detail);
+    if (!err && options->report) err = write_text(options->report, report, detail);
+    if (!err && options->common.json) err = write_text("-", report, detail);
     if (err) return err;
     if (!options->common.quiet) bd_cli_report_print_flags(report, stderr);
     bool stdout_is_free = !options->common.json &&
@@ -103,10 +103,10 @@ static int exit_code(const struct bd_cli_render *options, const Bounced__Report 
     return missed ? bd_err_exit_code(BD_ERR_DEADLINE) : 0;
 }
 
-static enum bd_err check_outputs(const struct bd_cli_render *options, struct bd_fault *fault)
+static enum bd_err check_outputs(const struct bd_cli_render *options, struct bd_err_detail *detail)
 {
-    enum bd_err err = options->output ? bd_cli_output_check(options->output, fault) : BD_ERR_OK;
-    if (!err && options->report) err = bd_cli_output_check(options->report, fault);
+    enum bd_err err = options->output ? bd_cli_output_check(options->output, detail) : BD_ERR_OK;
+    if (!err && options->report) err = bd_cli_output_check(options->report, detail);
     return err;
 }
 
@@ -118,38 +118,38 @@ static void write_report_of_failure(const struct bd_cli_render *options,
     if (!options->report || !envelope || envelope->body_case != BOUNCED__ENVELOPE__BODY_ERROR)
         return;
     const Bounced__ErrorDetails *details = envelope->error->details;
-    struct bd_fault fault;
-    if (details && details->report && write_text(options->report, details->report, &fault))
-        fprintf(stderr, "bounce: %s\n", fault.message);
+    struct bd_err_detail detail;
+    if (details && details->report && write_text(options->report, details->report, &detail))
+        fprintf(stderr, "bounce: %s\n", detail.message);
 }
 
 int bd_cmd_render(const char *const *words, int count)
 {
     struct bd_cli_render options;
-    struct bd_fault fault = {0};
-    enum bd_err err = bd_cli_parse_render(words, count, &options, &fault);
+    struct bd_err_detail detail = {0};
+    enum bd_err err = bd_cli_parse_render(words, count, &options, &detail);
     if (!err && options.help) {
         bd_cli_frame_finish(&options.frame);
         return bd_help_render(options.common.json);
     }
-    if (!err) err = check_outputs(&options, &fault);
-    if (!err) err = bd_cli_source_check(options.scene, options.environment, &fault);
+    if (!err) err = check_outputs(&options, &detail);
+    if (!err) err = bd_cli_source_check(options.scene, options.environment, &detail);
     struct bd_cli_conn *conn = NULL;
     struct bd_cli_answer answer = {0};
     struct bd_cli_progress progress;
     bd_cli_progress_init(&progress, options.common.quiet);
     if (!err) {
-        err = open_and_render(&options, &conn, &progress, &answer, &fault);
-        bd_cmd_name_scene(options.scene, &fault);
+        err = open_and_render(&options, &conn, &progress, &answer, &detail);
+        bd_cmd_name_scene(options.scene, &detail);
     }
     bd_cli_progress_clear(&progress);
     if (err)
         write_report_of_failure(&options, &answer);
     else
-        err = write_results(&options, &answer, &fault);
+        err = write_results(&options, &answer, &detail);
     int code = err ? 0 : exit_code(&options, answer.envelope->render_reply->report);
     bd_cli_answer_finish(&answer);
     bd_cli_conn_close(&conn);
     bd_cli_frame_finish(&options.frame);
-    return err ? bd_cmd_fail(err, &fault, options.common.json) : code;
+    return err ? bd_cmd_fail(err, &detail, options.common.json) : code;
 }

@@ -65,7 +65,7 @@ static void on_tick(void *user)
 
 static enum bd_err send_scene(struct bd_cli_conn *conn, const struct bd_cli_source *source,
                               struct bd_cli_progress *progress, struct bd_cli_answer *answer,
-                              struct bd_fault *fault)
+                              struct bd_err_detail *detail)
 {
     Bounced__SceneAdd add = BOUNCED__SCENE_ADD__INIT;
     bd_cli_source_fill_add(source, &add);
@@ -75,20 +75,20 @@ static enum bd_err send_scene(struct bd_cli_conn *conn, const struct bd_cli_sour
     const struct bd_cli_conn_watch watch = {.stage = on_stage, .tick = on_tick, .user = progress};
     bd_cli_progress_stage(progress, "import");
     return bd_cli_conn_call(conn, &envelope, NULL, 0, BOUNCED__ENVELOPE__BODY_SCENE, &watch, answer,
-                            fault);
+                            detail);
 }
 
 static enum bd_err print_added(const struct bd_cli_common *common, const Bounced__Scene *scene,
-                               struct bd_fault *fault)
+                               struct bd_err_detail *detail)
 {
     for (size_t i = 0; !common->quiet && i < scene->n_flags; i++)
         bd_cli_print_line(stderr, "bounce: flag: %s", scene->flags[i]);
-    if (common->json) return bd_cli_print_json(&scene->base, fault);
+    if (common->json) return bd_cli_print_json(&scene->base, detail);
     print_scene(scene);
     return BD_ERR_OK;
 }
 
-static enum bd_err add_scene(const struct bd_cli_scene *options, struct bd_fault *fault)
+static enum bd_err add_scene(const struct bd_cli_scene *options, struct bd_err_detail *detail)
 {
     const struct bd_cli_common *common = &options->common;
     const char *path = options->operands[1], *environment = options->environment;
@@ -97,25 +97,25 @@ static enum bd_err add_scene(const struct bd_cli_scene *options, struct bd_fault
     struct bd_cli_answer answer = {0};
     struct bd_cli_progress progress;
     bd_cli_progress_init(&progress, common->quiet);
-    enum bd_err err = bd_cli_source_check(path, environment, fault);
-    if (!err) err = bd_cli_conn_open(common, BD_CLI_CONN_RUNNING, &conn, fault);
-    if (!err) err = bd_cli_source_send(&source, path, environment, conn, &progress, fault);
-    if (!err) err = send_scene(conn, &source, &progress, &answer, fault);
+    enum bd_err err = bd_cli_source_check(path, environment, detail);
+    if (!err) err = bd_cli_conn_open(common, BD_CLI_CONN_RUNNING, &conn, detail);
+    if (!err) err = bd_cli_source_send(&source, path, environment, conn, &progress, detail);
+    if (!err) err = send_scene(conn, &source, &progress, &answer, detail);
     bd_cli_progress_clear(&progress);
     if (err)
-        bd_cmd_name_scene(path, fault);
+        bd_cmd_name_scene(path, detail);
     else
-        err = print_added(common, answer.envelope->scene, fault);
+        err = print_added(common, answer.envelope->scene, detail);
     bd_cli_answer_finish(&answer);
     bd_cli_source_finish(&source);
     bd_cli_conn_close(&conn);
     return err;
 }
 
-static enum bd_err remove_scene(const struct bd_cli_scene *options, struct bd_fault *fault)
+static enum bd_err remove_scene(const struct bd_cli_scene *options, struct bd_err_detail *detail)
 {
     struct bd_cli_conn *conn = NULL;
-    enum bd_err err = bd_cli_conn_open(&options->common, BD_CLI_CONN_RUNNING, &conn, fault);
+    enum bd_err err = bd_cli_conn_open(&options->common, BD_CLI_CONN_RUNNING, &conn, detail);
     if (err) return err;
     Bounced__SceneRemove remove = BOUNCED__SCENE_REMOVE__INIT;
     remove.id = (char *)options->operands[1];
@@ -124,7 +124,7 @@ static enum bd_err remove_scene(const struct bd_cli_scene *options, struct bd_fa
     envelope.scene_remove = &remove;
     struct bd_cli_answer answer;
     err = bd_cli_conn_call(conn, &envelope, NULL, 0, BOUNCED__ENVELOPE__BODY_DONE, NULL, &answer,
-                           fault);
+                           detail);
     bd_cli_answer_finish(&answer);
     bd_cli_conn_close(&conn);
     return err;
@@ -133,7 +133,7 @@ static enum bd_err remove_scene(const struct bd_cli_scene *options, struct bd_fa
 static const struct {
     const char *verb, *usage;
     int operands_min, operands_max; // the verb counts
-    enum bd_err (*run)(const struct bd_cli_scene *options, struct bd_fault *fault);
+    enum bd_err (*run)(const struct bd_cli_scene *options, struct bd_err_detail *detail);
 } verbs[] = {
     {"add", "add FILE", 2, 2, add_scene},
     {"rm", "rm ID", 2, 2, remove_scene},
@@ -148,27 +148,26 @@ static const struct {
 
 #define VERB_COUNT (sizeof verbs / sizeof verbs[0])
 
-static enum bd_err run_verb(const struct bd_cli_scene *options, struct bd_fault *fault)
+static enum bd_err run_verb(const struct bd_cli_scene *options, struct bd_err_detail *detail)
 {
     for (size_t i = 0; i < VERB_COUNT; i++) {
         if (strcmp(verbs[i].verb, options->operands[0]) != 0) continue;
         if (options->operand_count >= verbs[i].operands_min &&
             options->operand_count <= verbs[i].operands_max)
-            return verbs[i].run(options, fault);
-        return bd_fault_set(fault, BD_ERR_USAGE, "scene", "bounce scene %s", verbs[i].usage);
+            return verbs[i].run(options, detail);
+        return bd_err_set(detail, BD_ERR_USAGE, "scene", "bounce scene %s", verbs[i].usage);
     }
-    return bd_fault_set(
-        fault, BD_ERR_USAGE, "scene",
-        "bounce scene add FILE, or rm, log, undo, redo, commit, revert, name, export "
-        "ID (bounce scene --help)");
+    return bd_err_set(detail, BD_ERR_USAGE, "scene",
+                      "bounce scene add FILE, or rm, log, undo, redo, commit, revert, name, export "
+                      "ID (bounce scene --help)");
 }
 
 int bd_cmd_scene(const char *const *words, int count)
 {
     struct bd_cli_scene options;
-    struct bd_fault fault = {0};
-    enum bd_err err = bd_cli_parse_scene(words, count, &options, &fault);
+    struct bd_err_detail detail = {0};
+    enum bd_err err = bd_cli_parse_scene(words, count, &options, &detail);
     if (!err && options.help) return bd_help_scenes();
-    if (!err) err = run_verb(&options, &fault);
-    return err ? bd_cmd_fail(err, &fault, options.common.json) : 0;
+    if (!err) err = run_verb(&options, &detail);
+    return err ? bd_cmd_fail(err, &detail, options.common.json) : 0;
 }

@@ -24,14 +24,14 @@ int bd_cmd_bench(const char *const *words, int count);
 
 // Says what went wrong: a line on standard error, and with `json` the same as an object on
 // standard output. Returns the exit code.
-int bd_cmd_fail(enum bd_err err, const struct bd_fault *fault, bool json);
+int bd_cmd_fail(enum bd_err err, const struct bd_err_detail *detail, bool json);
 
-// The fault in the shape that the daemon's HTTP transport gives errors; NULL without memory.
-json_t *bd_cmd_fault_json(enum bd_err err, const struct bd_fault *fault);
+// The error in the shape that the daemon's HTTP transport gives errors; NULL without memory.
+json_t *bd_cmd_error_json(enum bd_err err, const struct bd_err_detail *detail);
 
 // Puts the scene's file and the place in it before what the importer says, which knows neither
-// names nor that nobody else sees `fault->field`: "box.gltf: nodes[3].mesh: is missing". Faults of
+// names nor that nobody else sees `detail->field`: "box.gltf: nodes[3].mesh: is missing". Faults of
 // other kinds, and those that name the file already, stay as they are. `scene` may be NULL.
-void bd_cmd_name_scene(const char *scene, struct bd_fault *fault);
+void bd_cmd_name_scene(const char *scene, struct bd_err_detail *detail);
 
 #endif

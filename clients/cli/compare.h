@@ -41,7 +41,7 @@ struct bd_cli_compare {
 // Decodes the words behind `bounce compare`. BD_ERR_USAGE names the option and what it allows.
 BD_MUST_CHECK
 enum bd_err bd_cli_parse_compare(const char *const *words, int count, struct bd_cli_compare *out,
-                                 struct bd_fault *fault);
+                                 struct bd_err_detail *detail);
 
 // --- compare_tolerances.c -------------------------------------------------------------------
 
@@ -52,7 +52,7 @@ BD_MUST_CHECK
 enum bd_err bd_cli_tolerances_check(const struct bd_cli_compare *compare, const char *layer,
                                     const struct bd_metrics *metrics,
                                     void (*tell)(void *user, const char *what), void *user,
-                                    struct bd_fault *fault);
+                                    struct bd_err_detail *detail);
 
 // --- compare_files.c ------------------------------------------------------------------------
 
@@ -74,7 +74,7 @@ struct bd_cli_compare_files {
 // merely worth knowing is a note. Finish `out` either way.
 BD_MUST_CHECK
 enum bd_err bd_cli_compare_open(const struct bd_cli_compare *compare,
-                                struct bd_cli_compare_files *out, struct bd_fault *fault);
+                                struct bd_cli_compare_files *out, struct bd_err_detail *detail);
 void bd_cli_compare_close(struct bd_cli_compare_files *files);
 
 // One layer of both sides, cut to the region, their halves where they have them.
@@ -88,7 +88,8 @@ struct bd_cli_compare_layer {
 BD_MUST_CHECK
 enum bd_err bd_cli_compare_layer_open(const struct bd_cli_compare *compare,
                                       const struct bd_cli_compare_files *files, const char *layer,
-                                      struct bd_cli_compare_layer *out, struct bd_fault *fault);
+                                      struct bd_cli_compare_layer *out,
+                                      struct bd_err_detail *detail);
 void bd_cli_compare_layer_close(struct bd_cli_compare_layer *layer);
 
 // --- compare_print.c ------------------------------------------------------------------------

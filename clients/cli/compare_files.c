@@ -35,16 +35,16 @@ struct picture {
 // --- reading --------------------------------------------------------------------------------
 
 static enum bd_err read_all(int fd, const char *path, uint64_t size_bytes, struct bd_bytes *out,
-                            struct bd_fault *fault)
+                            struct bd_err_detail *detail)
 {
     out->data = malloc(size_bytes ? size_bytes : 1);
     if (!out->data)
-        return bd_fault_set(fault, BD_ERR_NO_MEMORY, path, "%.200s: no memory for it", path);
+        return bd_err_set(detail, BD_ERR_NO_MEMORY, path, "%.200s: no memory for it", path);
     while (out->size_bytes < size_bytes) {
         ssize_t got = read(fd, out->data + out->size_bytes, size_bytes - out->size_bytes);
         if (got < 0 && errno == EINTR) continue;
         if (got < 0)
-            return bd_fault_set(fault, BD_ERR_IO, path, "%.200s: %s", path, strerror(errno));
+            return bd_err_set(detail, BD_ERR_IO, path, "%.200s: %s", path, strerror(errno));
         if (got == 0) break;
         out->size_bytes += (size_t)got;
     }
@@ -52,35 +52,35 @@ static enum bd_err read_all(int fd, const char *path, uint64_t size_bytes, struc
 }
 
 static enum bd_err decode(const char *path, const struct bd_bytes *bytes, struct picture *out,
-                          struct bd_fault *fault)
+                          struct bd_err_detail *detail)
 {
-    struct bd_fault inner = {0};
+    struct bd_err_detail inner = {0};
     out->shown = bd_shown_is(bytes->data, bytes->size_bytes);
     enum bd_err err = (out->shown ? bd_shown_read : bd_exr_read)(bytes->data, bytes->size_bytes,
                                                                  &limits, out->exr, &inner);
     if (!err) return BD_ERR_OK;
-    return bd_fault_set(fault, err, path, "%.200s: %s", path, inner.message);
+    return bd_err_set(detail, err, path, "%.200s: %s", path, inner.message);
 }
 
-static enum bd_err open_picture(const char *path, struct picture *out, struct bd_fault *fault)
+static enum bd_err open_picture(const char *path, struct picture *out, struct bd_err_detail *detail)
 {
     uint64_t size_bytes;
-    int fd = bd_cli_open_regular(path, &size_bytes, fault);
-    if (fd < 0) return fault->err;
+    int fd = bd_cli_open_regular(path, &size_bytes, detail);
+    if (fd < 0) return detail->err;
     struct bd_bytes bytes = {0};
-    enum bd_err err = read_all(fd, path, size_bytes, &bytes, fault);
+    enum bd_err err = read_all(fd, path, size_bytes, &bytes, detail);
     close(fd);
-    if (!err) err = decode(path, &bytes, out, fault);
+    if (!err) err = decode(path, &bytes, out, detail);
     bd_bytes_finish(&bytes);
     return err;
 }
 
-static enum bd_err open_golden(const char *path, struct picture *out, struct bd_fault *fault)
+static enum bd_err open_golden(const char *path, struct picture *out, struct bd_err_detail *detail)
 {
     if (access(path, F_OK) && (errno == ENOENT || errno == ENOTDIR))
-        return bd_fault_set(fault, BD_ERR_NO_GOLDEN, "reference",
-                            "%.200s: there is no such reference", path);
-    return open_picture(path, out, fault);
+        return bd_err_set(detail, BD_ERR_NO_GOLDEN, "reference",
+                          "%.200s: there is no such reference", path);
+    return open_picture(path, out, detail);
 }
 
 // --- pictures as they are shown ---------------------------------------------------------------
@@ -106,7 +106,7 @@ static void note_showing(struct bd_cli_compare_files *files, const char *side,
 // is shown likewise.
 static enum bd_err show_both(const struct bd_cli_compare *compare, const struct picture *reference,
                              const struct picture *image, struct bd_cli_compare_files *files,
-                             struct bd_fault *fault)
+                             struct bd_err_detail *detail)
 {
     const struct picture *sides[] = {reference, image};
     const char *const names[] = {"REFERENCE", "IMAGE"};
@@ -117,10 +117,10 @@ static enum bd_err show_both(const struct bd_cli_compare *compare, const struct 
     for (int s = 0; s < 2; s++) {
         int how = sides[s]->shown ? s : !s;
         note_showing(files, names[s], sides[s], &showing[how], is_said[how]);
-        struct bd_fault inner = {0};
+        struct bd_err_detail inner = {0};
         enum bd_err err =
             sides[s]->shown ? BD_ERR_OK : bd_show_exr(*sides[s]->exr, &showing[how], &inner);
-        if (err) return bd_fault_set(fault, err, "layer", "%.200s: %s", paths[s], inner.message);
+        if (err) return bd_err_set(detail, err, "layer", "%.200s: %s", paths[s], inner.message);
     }
     bool differ = showing[0].stops < showing[1].stops || showing[0].stops > showing[1].stops ||
                   showing[0].tonemap != showing[1].tonemap;
@@ -133,16 +133,16 @@ static enum bd_err show_both(const struct bd_cli_compare *compare, const struct 
 // --- what must agree ------------------------------------------------------------------------
 
 static enum bd_err check_size(const char *path_a, const struct bd_exr *a, const char *path_b,
-                              const struct bd_exr *b, struct bd_fault *fault)
+                              const struct bd_exr *b, struct bd_err_detail *detail)
 {
     if (a->width_px == b->width_px && a->height_px == b->height_px) return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_DIFFERS, "size",
-                        "sizes differ: %.150s is %ux%u, %.150s is %ux%u", path_a, a->width_px,
-                        a->height_px, path_b, b->width_px, b->height_px);
+    return bd_err_set(detail, BD_ERR_DIFFERS, "size",
+                      "sizes differ: %.150s is %ux%u, %.150s is %ux%u", path_a, a->width_px,
+                      a->height_px, path_b, b->width_px, b->height_px);
 }
 
 static enum bd_err check_filter(const struct bd_cli_compare *compare,
-                                struct bd_cli_compare_files *files, struct bd_fault *fault)
+                                struct bd_cli_compare_files *files, struct bd_err_detail *detail)
 {
     const char *reference = bd_exr_attribute(files->reference, "filter");
     const char *image = bd_exr_attribute(files->image, "filter");
@@ -157,8 +157,8 @@ static enum bd_err check_filter(const struct bd_cli_compare *compare,
     snprintf(text, sizeof text, "pixel filters differ: REFERENCE %.60s, IMAGE %.60s", reference,
              image);
     if (!compare->ignore_filter)
-        return bd_fault_set(fault, BD_ERR_DIFFERS, "filter", "%s (--ignore filter compares anyway)",
-                            text);
+        return bd_err_set(detail, BD_ERR_DIFFERS, "filter", "%s (--ignore filter compares anyway)",
+                          text);
     note(files, text);
     return BD_ERR_OK;
 }
@@ -209,15 +209,15 @@ static void check_seed(struct bd_cli_compare_files *files)
 }
 
 // One file twice shares its noise with itself, which would then be taken for truth.
-static enum bd_err check_half(const struct bd_cli_compare *compare, struct bd_fault *fault)
+static enum bd_err check_half(const struct bd_cli_compare *compare, struct bd_err_detail *detail)
 {
     struct stat a, b;
     if (stat(compare->reference, &a) == 0 && stat(compare->half, &b) == 0 && a.st_dev == b.st_dev &&
         a.st_ino == b.st_ino)
-        return bd_fault_set(fault, BD_ERR_USAGE, "half",
-                            "--half %.150s: the same file as REFERENCE; halves must not share "
-                            "their noise",
-                            compare->half);
+        return bd_err_set(detail, BD_ERR_USAGE, "half",
+                          "--half %.150s: the same file as REFERENCE; halves must not share "
+                          "their noise",
+                          compare->half);
     return BD_ERR_OK;
 }
 
@@ -225,7 +225,7 @@ static enum bd_err check_half(const struct bd_cli_compare *compare, struct bd_fa
 
 // Cuts `region` down to what the file's manifest says was traced; the rest of it is black.
 static enum bd_err cut_region(const char *path, const struct bd_exr *exr,
-                              struct bd_cli_region *region, struct bd_fault *fault)
+                              struct bd_cli_region *region, struct bd_err_detail *detail)
 {
     const char *text = exr ? bd_exr_attribute(exr, "region") : NULL;
     if (!text) return BD_ERR_OK;
@@ -235,9 +235,9 @@ static enum bd_err cut_region(const char *path, const struct bd_exr *exr,
                    sscanf(text, "%u,%u,%u,%u%c", &x, &y, &width, &height, &rest) == 4;
     if (!numbers || x > exr->width_px || width > exr->width_px - x || y > exr->height_px ||
         height > exr->height_px - y)
-        return bd_fault_set(fault, BD_ERR_BAD_INPUT, "region",
-                            "%.150s: its region %.60s is no X,Y,WIDTH,HEIGHT within %ux%u", path,
-                            text, exr->width_px, exr->height_px);
+        return bd_err_set(detail, BD_ERR_BAD_INPUT, "region",
+                          "%.150s: its region %.60s is no X,Y,WIDTH,HEIGHT within %ux%u", path,
+                          text, exr->width_px, exr->height_px);
     uint32_t right = x + width, bottom = y + height;
     if (right > region->x_px + region->width_px) right = region->x_px + region->width_px;
     if (bottom > region->y_px + region->height_px) bottom = region->y_px + region->height_px;
@@ -249,27 +249,27 @@ static enum bd_err cut_region(const char *path, const struct bd_exr *exr,
 }
 
 static enum bd_err find_region(const struct bd_cli_compare *compare,
-                               struct bd_cli_compare_files *files, struct bd_fault *fault)
+                               struct bd_cli_compare_files *files, struct bd_err_detail *detail)
 {
     struct bd_cli_region *region = &files->region;
     *region = (struct bd_cli_region){0, 0, files->image->width_px, files->image->height_px};
-    enum bd_err err = cut_region(compare->reference, files->reference, region, fault);
-    if (!err) err = cut_region(compare->half, files->half, region, fault);
-    if (!err) err = cut_region(compare->image, files->image, region, fault);
+    enum bd_err err = cut_region(compare->reference, files->reference, region, detail);
+    if (!err) err = cut_region(compare->half, files->half, region, detail);
+    if (!err) err = cut_region(compare->image, files->image, region, detail);
     if (err || (region->width_px && region->height_px)) return err;
-    return bd_fault_set(fault, BD_ERR_DIFFERS, "region",
-                        "regions differ: REFERENCE and IMAGE have no pixel in common");
+    return bd_err_set(detail, BD_ERR_DIFFERS, "region",
+                      "regions differ: REFERENCE and IMAGE have no pixel in common");
 }
 
 static enum bd_err crop(struct bd_image **image, const struct bd_cli_region *region,
-                        struct bd_fault *fault)
+                        struct bd_err_detail *detail)
 {
     const struct bd_image *whole = *image;
     if (!whole || (whole->width_px == region->width_px && whole->height_px == region->height_px))
         return BD_ERR_OK;
     struct bd_image *part =
         bd_image_create(region->width_px, region->height_px, whole->channel_count);
-    if (!part) return bd_fault_set(fault, BD_ERR_NO_MEMORY, "region", "no memory for a region");
+    if (!part) return bd_err_set(detail, BD_ERR_NO_MEMORY, "region", "no memory for a region");
     size_t row_bytes = (size_t)region->width_px * whole->channel_count * sizeof *part->pixels;
     for (uint32_t y = 0; y < region->height_px; y++)
         memcpy(bd_image_at(part, 0, y), bd_image_at(whole, region->x_px, region->y_px + y),
@@ -280,26 +280,26 @@ static enum bd_err crop(struct bd_image **image, const struct bd_cli_region *reg
 }
 
 enum bd_err bd_cli_compare_open(const struct bd_cli_compare *compare,
-                                struct bd_cli_compare_files *out, struct bd_fault *fault)
+                                struct bd_cli_compare_files *out, struct bd_err_detail *detail)
 {
     *out = (struct bd_cli_compare_files){0};
     struct picture reference = {.exr = &out->reference}, half = {.exr = &out->half},
                    image = {.exr = &out->image};
-    enum bd_err err = open_golden(compare->reference, &reference, fault);
-    if (!err && compare->half) err = open_golden(compare->half, &half, fault);
-    if (!err && compare->half) err = check_half(compare, fault);
-    if (!err) err = open_picture(compare->image, &image, fault);
+    enum bd_err err = open_golden(compare->reference, &reference, detail);
+    if (!err && compare->half) err = open_golden(compare->half, &half, detail);
+    if (!err && compare->half) err = check_half(compare, detail);
+    if (!err) err = open_picture(compare->image, &image, detail);
     out->shown = reference.shown || image.shown || half.shown;
     if (!err && out->shown && compare->half)
-        err = bd_fault_set(fault, BD_ERR_USAGE, "half",
-                           "--half: halves are of light; a PNG or JPEG shows none");
-    if (!err && out->shown) err = show_both(compare, &reference, &image, out, fault);
+        err = bd_err_set(detail, BD_ERR_USAGE, "half",
+                         "--half: halves are of light; a PNG or JPEG shows none");
+    if (!err && out->shown) err = show_both(compare, &reference, &image, out, detail);
     if (!err)
-        err = check_size(compare->reference, out->reference, compare->image, out->image, fault);
+        err = check_size(compare->reference, out->reference, compare->image, out->image, detail);
     if (!err && out->half)
-        err = check_size(compare->reference, out->reference, compare->half, out->half, fault);
-    if (!err) err = find_region(compare, out, fault);
-    if (!err) err = check_filter(compare, out, fault);
+        err = check_size(compare->reference, out->reference, compare->half, out->half, detail);
+    if (!err) err = find_region(compare, out, detail);
+    if (!err) err = check_filter(compare, out, detail);
     if (!err) check_scene(out);
     if (!err) check_noise_filter(out);
     if (!err) check_seed(out);
@@ -338,66 +338,68 @@ static bool has_layer(const struct bd_exr *exr, const char *layer)
 
 static enum bd_err open_plain(const char *path, const struct bd_exr *exr,
                               const struct bd_exr *other, const char *layer, struct bd_image **out,
-                              struct bd_fault *fault)
+                              struct bd_err_detail *detail)
 {
-    struct bd_fault inner = {0};
+    struct bd_err_detail inner = {0};
     enum bd_err err = bd_layer_from_exr(exr, layer, out, &inner);
     if (!err) return BD_ERR_OK;
     if (err == BD_ERR_NOT_FOUND && has_layer(other, layer)) err = BD_ERR_DIFFERS;
-    return bd_fault_set(fault, err, "layer", "%.150s: %s", path, inner.message);
+    return bd_err_set(detail, err, "layer", "%.150s: %s", path, inner.message);
 }
 
 // `out` gets two halves or one picture.
 static enum bd_err open_side(const char *path, const struct bd_exr *exr, const struct bd_exr *other,
-                             const char *layer, struct bd_image *out[2], struct bd_fault *fault)
+                             const char *layer, struct bd_image *out[2],
+                             struct bd_err_detail *detail)
 {
     open_halves(exr, layer, out);
-    return out[0] ? BD_ERR_OK : open_plain(path, exr, other, layer, &out[0], fault);
+    return out[0] ? BD_ERR_OK : open_plain(path, exr, other, layer, &out[0], detail);
 }
 
 static enum bd_err open_second_half(const struct bd_cli_compare *compare,
                                     const struct bd_cli_compare_files *files, const char *layer,
-                                    struct bd_image *out[2], struct bd_fault *fault)
+                                    struct bd_image *out[2], struct bd_err_detail *detail)
 {
     if (!files->half) return BD_ERR_OK;
     if (out[1])
-        return bd_fault_set(fault, BD_ERR_USAGE, "half",
-                            "--half: %.150s holds two halves of %.40s already", compare->reference,
-                            layer);
-    return open_plain(compare->half, files->half, files->reference, layer, &out[1], fault);
+        return bd_err_set(detail, BD_ERR_USAGE, "half",
+                          "--half: %.150s holds two halves of %.40s already", compare->reference,
+                          layer);
+    return open_plain(compare->half, files->half, files->reference, layer, &out[1], detail);
 }
 
 static enum bd_err check_channels(const char *layer, struct bd_image *const owned[4],
-                                  struct bd_fault *fault)
+                                  struct bd_err_detail *detail)
 {
     for (int i = 1; i < 4; i++)
         if (owned[i] && owned[i]->channel_count != owned[0]->channel_count)
-            return bd_fault_set(fault, BD_ERR_DIFFERS, "layer",
-                                "layer %.40s has %u channels in REFERENCE, %u elsewhere", layer,
-                                owned[0]->channel_count, owned[i]->channel_count);
+            return bd_err_set(detail, BD_ERR_DIFFERS, "layer",
+                              "layer %.40s has %u channels in REFERENCE, %u elsewhere", layer,
+                              owned[0]->channel_count, owned[i]->channel_count);
     return BD_ERR_OK;
 }
 
 enum bd_err bd_cli_compare_layer_open(const struct bd_cli_compare *compare,
                                       const struct bd_cli_compare_files *files, const char *layer,
-                                      struct bd_cli_compare_layer *out, struct bd_fault *fault)
+                                      struct bd_cli_compare_layer *out,
+                                      struct bd_err_detail *detail)
 {
     *out = (struct bd_cli_compare_layer){0};
     if (files->shown && strcmp(layer, "beauty") != 0)
-        return bd_fault_set(fault, BD_ERR_DIFFERS, "layer",
-                            "layer %.40s: a PNG or JPEG has no layers, only what it shows; leave "
-                            "--layer out",
-                            layer);
+        return bd_err_set(detail, BD_ERR_DIFFERS, "layer",
+                          "layer %.40s: a PNG or JPEG has no layers, only what it shows; leave "
+                          "--layer out",
+                          layer);
     struct bd_image **reference = out->owned, **image = out->owned + 2;
     enum bd_err err =
-        open_side(compare->reference, files->reference, files->image, layer, reference, fault);
-    if (!err) err = open_second_half(compare, files, layer, reference, fault);
+        open_side(compare->reference, files->reference, files->image, layer, reference, detail);
+    if (!err) err = open_second_half(compare, files, layer, reference, detail);
     if (!err && is_filtered(files->image))
-        err = open_plain(compare->image, files->image, files->reference, layer, &image[0], fault);
+        err = open_plain(compare->image, files->image, files->reference, layer, &image[0], detail);
     else if (!err)
-        err = open_side(compare->image, files->image, files->reference, layer, image, fault);
-    if (!err) err = check_channels(layer, out->owned, fault);
-    for (int i = 0; !err && i < 4; i++) err = crop(&out->owned[i], &files->region, fault);
+        err = open_side(compare->image, files->image, files->reference, layer, image, detail);
+    if (!err) err = check_channels(layer, out->owned, detail);
+    for (int i = 0; !err && i < 4; i++) err = crop(&out->owned[i], &files->region, detail);
     if (err) return err;
     out->input = (struct bd_metric_input){
         .reference = {reference[0], reference[1] ? reference[1] : reference[0]},

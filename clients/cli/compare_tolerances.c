@@ -46,20 +46,20 @@ static struct verdict judge(const struct bd_cli_tolerance *tolerance,
 static enum bd_err check_one(const struct bd_cli_tolerance *tolerance, const char *layer,
                              const struct bd_metrics *metrics,
                              void (*tell)(void *user, const char *what), void *user,
-                             struct bd_fault *fault)
+                             struct bd_err_detail *detail)
 {
     enum bd_metric metric = tolerance->metric;
     if (metrics->states[metric] == BD_METRIC_ABSENT) {
         // Of a picture without one finite pixel nothing is known; `nonfinite` says so.
         if (!metrics->pixel_count) return BD_ERR_OK;
-        return bd_fault_set(fault, BD_ERR_USAGE, "tolerance",
-                            "--tolerance %.60s: layer %.40s has no %s here", tolerance->text, layer,
-                            bd_metric_name(metric));
+        return bd_err_set(detail, BD_ERR_USAGE, "tolerance",
+                          "--tolerance %.60s: layer %.40s has no %s here", tolerance->text, layer,
+                          bd_metric_name(metric));
     }
     if (tolerance->at_end && metrics->states[metric] != BD_METRIC_WITH_INTERVAL)
-        return bd_fault_set(fault, BD_ERR_USAGE, "tolerance",
-                            "--tolerance %.60s: %s has no interval", tolerance->text,
-                            bd_metric_name(metric));
+        return bd_err_set(detail, BD_ERR_USAGE, "tolerance",
+                          "--tolerance %.60s: %s has no interval", tolerance->text,
+                          bd_metric_name(metric));
     struct verdict verdict = judge(tolerance, &metrics->figures[metric]);
     if (!verdict.missed) return BD_ERR_OK;
     char text[200];
@@ -72,17 +72,17 @@ static enum bd_err check_one(const struct bd_cli_tolerance *tolerance, const cha
 enum bd_err bd_cli_tolerances_check(const struct bd_cli_compare *compare, const char *layer,
                                     const struct bd_metrics *metrics,
                                     void (*tell)(void *user, const char *what), void *user,
-                                    struct bd_fault *fault)
+                                    struct bd_err_detail *detail)
 {
     static const struct bd_cli_tolerance all_finite = {"nonfinite=0", BD_METRIC_NONFINITE, false,
                                                        0};
     bool nonfinite = false;
     for (uint32_t i = 0; i < compare->tolerance_count; i++) {
         const struct bd_cli_tolerance *tolerance = &compare->tolerances[i];
-        enum bd_err err = check_one(tolerance, layer, metrics, tell, user, fault);
+        enum bd_err err = check_one(tolerance, layer, metrics, tell, user, detail);
         if (err) return err;
         nonfinite = nonfinite || tolerance->metric == BD_METRIC_NONFINITE;
     }
     if (nonfinite || !compare->tolerance_count) return BD_ERR_OK;
-    return check_one(&all_finite, layer, metrics, tell, user, fault);
+    return check_one(&all_finite, layer, metrics, tell, user, detail);
 }

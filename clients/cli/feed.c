@@ -5,13 +5,13 @@
 #include <string.h>
 #include <unistd.h>
 
-static enum bd_err read_more(struct bd_cli_feed *feed, struct bd_fault *fault)
+static enum bd_err read_more(struct bd_cli_feed *feed, struct bd_err_detail *detail)
 {
-    enum bd_err err = bd_cli_conn_wait_for_input(feed->conn, feed->fd, fault);
+    enum bd_err err = bd_cli_conn_wait_for_input(feed->conn, feed->fd, detail);
     if (err) return err;
     ssize_t got = read(feed->fd, feed->bytes, sizeof feed->bytes);
     if (got < 0 && errno != EINTR && errno != EAGAIN)
-        return bd_fault_set(fault, BD_ERR_IO, "", "%.200s: %s", feed->name, strerror(errno));
+        return bd_err_set(detail, BD_ERR_IO, "", "%.200s: %s", feed->name, strerror(errno));
     feed->has_ended = got == 0;
     feed->taken = 0;
     feed->used = got > 0 ? (size_t)got : 0;
@@ -22,21 +22,21 @@ static enum bd_err read_more(struct bd_cli_feed *feed, struct bd_fault *fault)
 static bool has_byte(struct bd_cli_feed *feed)
 {
     while (feed->taken == feed->used && !feed->has_ended && !feed->err)
-        feed->err = read_more(feed, &feed->fault);
+        feed->err = read_more(feed, &feed->detail);
     return feed->taken < feed->used;
 }
 
-static enum bd_err outcome(const struct bd_cli_feed *feed, struct bd_fault *fault)
+static enum bd_err outcome(const struct bd_cli_feed *feed, struct bd_err_detail *detail)
 {
-    if (feed->err) *fault = feed->fault;
+    if (feed->err) *detail = feed->detail;
     return feed->err;
 }
 
-enum bd_err bd_cli_feed_at_end(struct bd_cli_feed *feed, bool *out, struct bd_fault *fault)
+enum bd_err bd_cli_feed_at_end(struct bd_cli_feed *feed, bool *out, struct bd_err_detail *detail)
 {
     while (has_byte(feed) && isspace(feed->bytes[feed->taken])) feed->taken++;
     *out = feed->taken == feed->used;
-    return outcome(feed, fault);
+    return outcome(feed, detail);
 }
 
 // A byte at a time: what lies behind the document is the next one's.
@@ -49,9 +49,9 @@ static size_t take_byte(void *buffer, size_t size, void *user)
 }
 
 enum bd_err bd_cli_feed_next(struct bd_cli_feed *feed, json_t **out, json_error_t *error,
-                             struct bd_fault *fault)
+                             struct bd_err_detail *detail)
 {
     *out =
         json_load_callback(take_byte, feed, JSON_DISABLE_EOF_CHECK | JSON_REJECT_DUPLICATES, error);
-    return outcome(feed, fault);
+    return outcome(feed, detail);
 }

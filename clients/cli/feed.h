@@ -20,17 +20,17 @@ struct bd_cli_feed {
     size_t used, taken;
     // What ended it; jansson's reader has no room for it.
     enum bd_err err;
-    struct bd_fault fault;
+    struct bd_err_detail detail;
 };
 
 // Skips space. Whether nothing is behind it: the end, or what went wrong.
 BD_MUST_CHECK
-enum bd_err bd_cli_feed_at_end(struct bd_cli_feed *feed, bool *out, struct bd_fault *fault);
+enum bd_err bd_cli_feed_at_end(struct bd_cli_feed *feed, bool *out, struct bd_err_detail *detail);
 
 // The next document, whatever kind of value it is; NULL and `error` if it is none. An error: of
 // reading, of the connection, Ctrl-C.
 BD_MUST_CHECK
 enum bd_err bd_cli_feed_next(struct bd_cli_feed *feed, json_t **out, json_error_t *error,
-                             struct bd_fault *fault);
+                             struct bd_err_detail *detail);
 
 #endif

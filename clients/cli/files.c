@@ -14,7 +14,7 @@
 #define JSON_BYTES_MAX (1u << 30) // of a .gltf; beyond it the server's limits have long spoken
 #define GLB_HEAD_BYTES 20         // header, then length and type of the first chunk
 
-static enum bd_err hash_file(int fd, struct bd_cli_file *file, struct bd_fault *fault)
+static enum bd_err hash_file(int fd, struct bd_cli_file *file, struct bd_err_detail *detail)
 {
     struct bd_sha256 *sha = bd_sha256_create();
     char *chunk = malloc(CHUNK_BYTES);
@@ -24,12 +24,12 @@ static enum bd_err hash_file(int fd, struct bd_cli_file *file, struct bd_fault *
     while (!err && (got = pread(fd, chunk, CHUNK_BYTES, (off_t)offset)) > 0) {
         bd_sha256_update(sha, chunk, (size_t)got);
         offset += (uint64_t)got;
-        if (bd_interrupted()) err = bd_fault_set(fault, BD_ERR_CANCELLED, "", "interrupted");
+        if (bd_interrupted()) err = bd_err_set(detail, BD_ERR_CANCELLED, "", "interrupted");
     }
     free(chunk);
     if (!err && (got < 0 || offset != file->size_bytes))
-        err = bd_fault_set(fault, BD_ERR_IO, file->path, "%.200s: %s", file->path,
-                           got < 0 ? strerror(errno) : "changed while it was read");
+        err = bd_err_set(detail, BD_ERR_IO, file->path, "%.200s: %s", file->path,
+                         got < 0 ? strerror(errno) : "changed while it was read");
     uint8_t digest[BD_SHA256_BYTES];
     bd_sha256_finish(&sha, digest);
     memcpy(file->blob, "sha256:", 7);
@@ -39,22 +39,22 @@ static enum bd_err hash_file(int fd, struct bd_cli_file *file, struct bd_fault *
 
 // Takes `path` and `uri` (malloc'ed, NULL for the scene itself), also when it fails.
 static enum bd_err add_file(struct bd_cli_files *files, char *path, char *uri,
-                            struct bd_fault *fault)
+                            struct bd_err_detail *detail)
 {
     struct bd_cli_file file = {.uri = uri, .path = path};
     enum bd_err err = BD_ERR_OK;
     struct bd_cli_file *grown = realloc(files->items, (files->count + 1) * sizeof *grown);
     if (!grown) {
-        err = bd_fault_set(fault, BD_ERR_NO_MEMORY, "scene", "no memory for the table of files");
+        err = bd_err_set(detail, BD_ERR_NO_MEMORY, "scene", "no memory for the table of files");
         goto release_file;
     }
     files->items = grown;
-    int fd = bd_cli_open_regular(path, &file.size_bytes, fault);
+    int fd = bd_cli_open_regular(path, &file.size_bytes, detail);
     if (fd < 0) {
-        err = fault ? fault->err : BD_ERR_IO;
+        err = detail ? detail->err : BD_ERR_IO;
         goto release_file;
     }
-    err = hash_file(fd, &file, fault);
+    err = hash_file(fd, &file, detail);
     close(fd);
     if (err) goto release_file;
     files->items[files->count++] = file;
@@ -82,38 +82,38 @@ static void note_missing(struct bd_cli_files *files, const char *uri)
 }
 
 static enum bd_err add_uri(struct bd_cli_files *files, const char *folder, const char *uri,
-                           struct bd_fault *fault)
+                           struct bd_err_detail *detail)
 {
     char *path = NULL;
     bool is_data = false;
     if (known_uri(files, uri)) return BD_ERR_OK;
-    enum bd_err err = bd_cli_resolve_uri(folder, uri, &path, &is_data, fault);
+    enum bd_err err = bd_cli_resolve_uri(folder, uri, &path, &is_data, detail);
     if (err) return err;
     if (!path) {
         if (!is_data) note_missing(files, uri);
         return BD_ERR_OK;
     }
     char *copy = strdup(uri);
-    if (copy) return add_file(files, path, copy, fault);
+    if (copy) return add_file(files, path, copy, detail);
     free(path);
-    return bd_fault_set(fault, BD_ERR_NO_MEMORY, "scene", "no memory for the table of files");
+    return bd_err_set(detail, BD_ERR_NO_MEMORY, "scene", "no memory for the table of files");
 }
 
 // Uris of one list ("buffers", "images"). Shapes that glTF does not allow are passed over: the
 // importer refuses them better than this could.
 static enum bd_err add_uris(struct bd_cli_files *files, const char *folder, const json_t *root,
-                            const char *list, struct bd_fault *fault)
+                            const char *list, struct bd_err_detail *detail)
 {
     const json_t *items = json_object_get(root, list);
     for (size_t i = 0; i < json_array_size(items); i++) {
         const char *uri = json_string_value(json_object_get(json_array_get(items, i), "uri"));
         if (!uri) continue;
-        struct bd_fault inner = {0};
+        struct bd_err_detail inner = {0};
         enum bd_err err = add_uri(files, folder, uri, &inner);
         if (!err) continue;
         char field[64];
         snprintf(field, sizeof field, "%s[%zu].uri", list, i);
-        return bd_fault_set(fault, err, field, "%s: %s", field, inner.message);
+        return bd_err_set(detail, err, field, "%s: %s", field, inner.message);
     }
     return BD_ERR_OK;
 }
@@ -152,7 +152,7 @@ static json_t *parse_json(const char *path)
 }
 
 // What cannot be parsed here is sent alone, and refused by the importer with the reason.
-static enum bd_err add_referenced(struct bd_cli_files *files, struct bd_fault *fault)
+static enum bd_err add_referenced(struct bd_cli_files *files, struct bd_err_detail *detail)
 {
     json_t *root = parse_json(files->items[0].path);
     if (!root) return BD_ERR_OK;
@@ -160,28 +160,29 @@ static enum bd_err add_referenced(struct bd_cli_files *files, struct bd_fault *f
     char *copy = strdup(files->items[0].path);
     char *folder = copy ? realpath(dirname(copy), NULL) : NULL;
     enum bd_err err = BD_ERR_OK;
-    if (!folder) err = bd_fault_set(fault, BD_ERR_IO, "scene", "the scene's folder is gone");
-    if (!err) err = add_uris(files, folder, root, "buffers", fault);
-    if (!err) err = add_uris(files, folder, root, "images", fault);
+    if (!folder) err = bd_err_set(detail, BD_ERR_IO, "scene", "the scene's folder is gone");
+    if (!err) err = add_uris(files, folder, root, "buffers", detail);
+    if (!err) err = add_uris(files, folder, root, "images", detail);
     free(folder);
     free(copy);
     json_decref(root);
     return err;
 }
 
-enum bd_err bd_cli_files_one(const char *path, struct bd_cli_files *out, struct bd_fault *fault)
+enum bd_err bd_cli_files_one(const char *path, struct bd_cli_files *out,
+                             struct bd_err_detail *detail)
 {
     *out = (struct bd_cli_files){0};
     char *copy = strdup(path);
-    if (!copy) return bd_fault_set(fault, BD_ERR_NO_MEMORY, path, "no memory for a path");
-    return add_file(out, copy, NULL, fault);
+    if (!copy) return bd_err_set(detail, BD_ERR_NO_MEMORY, path, "no memory for a path");
+    return add_file(out, copy, NULL, detail);
 }
 
 enum bd_err bd_cli_files_collect(const char *scene_path, struct bd_cli_files *out,
-                                 struct bd_fault *fault)
+                                 struct bd_err_detail *detail)
 {
-    enum bd_err err = bd_cli_files_one(scene_path, out, fault);
-    if (!err) err = add_referenced(out, fault);
+    enum bd_err err = bd_cli_files_one(scene_path, out, detail);
+    if (!err) err = add_referenced(out, detail);
     if (err) bd_cli_files_finish(out);
     return err;
 }

@@ -39,21 +39,22 @@ struct bd_cli_files {
 // a uri as above; BD_ERR_CANCELLED on Ctrl-C.
 BD_MUST_CHECK
 enum bd_err bd_cli_files_collect(const char *scene_path, struct bd_cli_files *out,
-                                 struct bd_fault *fault);
+                                 struct bd_err_detail *detail);
 // One file alone, whatever is in it.
 BD_MUST_CHECK
-enum bd_err bd_cli_files_one(const char *path, struct bd_cli_files *out, struct bd_fault *fault);
+enum bd_err bd_cli_files_one(const char *path, struct bd_cli_files *out,
+                             struct bd_err_detail *detail);
 void bd_cli_files_finish(struct bd_cli_files *files);
 
 // One uri against the scene's folder (canonical, as realpath gives it). On success `*path` is the
 // canonical path of a file inside it (malloc'ed), or NULL if the uri is a data: one or nothing is
-// there, which `*is_data` tells apart. BD_ERR_BAD_INPUT otherwise, with the reason in `fault`.
+// there, which `*is_data` tells apart. BD_ERR_BAD_INPUT otherwise, with the reason in `detail`.
 BD_MUST_CHECK
 enum bd_err bd_cli_resolve_uri(const char *folder, const char *uri, char **path, bool *is_data,
-                               struct bd_fault *fault);
+                               struct bd_err_detail *detail);
 
 // Opens a regular file for reading: no FIFO or device, which could block or never end.
-// -1 and a filled `fault` if that fails.
-int bd_cli_open_regular(const char *path, uint64_t *size_bytes, struct bd_fault *fault);
+// -1 and a filled `detail` if that fails.
+int bd_cli_open_regular(const char *path, uint64_t *size_bytes, struct bd_err_detail *detail);
 
 #endif

@@ -21,7 +21,7 @@ static void on_tick(void *user)
 
 enum bd_err bd_cli_frame_ask(struct bd_cli_conn *conn, Bounced__Render *render,
                              const struct bd_cli_render *options, struct bd_cli_progress *progress,
-                             struct bd_cli_answer *answer, struct bd_fault *fault)
+                             struct bd_cli_answer *answer, struct bd_err_detail *detail)
 {
     *answer = (struct bd_cli_answer){0};
     Bounced__Envelope envelope = BOUNCED__ENVELOPE__INIT;
@@ -33,5 +33,5 @@ enum bd_err bd_cli_frame_ask(struct bd_cli_conn *conn, Bounced__Render *render,
     const struct bd_cli_conn_watch watch = {
         .stage = on_stage, .tick = on_tick, .share = on_share, .user = progress};
     return bd_cli_conn_call(conn, &envelope, NULL, 0, BOUNCED__ENVELOPE__BODY_RENDER_REPLY, &watch,
-                            answer, fault);
+                            answer, detail);
 }

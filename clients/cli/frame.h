@@ -13,6 +13,6 @@
 BD_MUST_CHECK
 enum bd_err bd_cli_frame_ask(struct bd_cli_conn *conn, Bounced__Render *render,
                              const struct bd_cli_render *options, struct bd_cli_progress *progress,
-                             struct bd_cli_answer *answer, struct bd_fault *fault);
+                             struct bd_cli_answer *answer, struct bd_err_detail *detail);
 
 #endif

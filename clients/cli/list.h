@@ -22,6 +22,6 @@ int bd_cli_list(const struct bd_cli_list *list, const char *const *words, int co
 
 // The message as JSON on standard output.
 BD_MUST_CHECK
-enum bd_err bd_cli_print_json(const ProtobufCMessage *message, struct bd_fault *fault);
+enum bd_err bd_cli_print_json(const ProtobufCMessage *message, struct bd_err_detail *detail);
 
 #endif

@@ -28,9 +28,9 @@ static const struct bd_cli_option render_table[] = {
     {0},
 };
 
-static enum bd_err usage(struct bd_fault *fault, const char *option, const char *message)
+static enum bd_err usage(struct bd_err_detail *detail, const char *option, const char *message)
 {
-    return bd_fault_set(fault, BD_ERR_USAGE, option, "%s", message);
+    return bd_err_set(detail, BD_ERR_USAGE, option, "%s", message);
 }
 
 // True if `id` is one of the common options, which is then stored.
@@ -60,37 +60,37 @@ bool bd_cli_parse_common(int id, const char *value, struct bd_cli_common *out, b
     }
 }
 
-enum bd_err bd_cli_check_common(const struct bd_cli_common *common, struct bd_fault *fault)
+enum bd_err bd_cli_check_common(const struct bd_cli_common *common, struct bd_err_detail *detail)
 {
     if (common->server && common->device)
-        return usage(fault, "device",
+        return usage(detail, "device",
                      "--device chooses the device of a private daemon; a running one (--server) "
                      "has chosen");
     return BD_ERR_OK;
 }
 
-static enum bd_err unknown_flag(const char *text, uint32_t length, struct bd_fault *fault)
+static enum bd_err unknown_flag(const char *text, uint32_t length, struct bd_err_detail *detail)
 {
     char known[900] = "";
     for (int f = 0; f < BD_FLAG_COUNT; f++) {
         size_t used = strlen(known);
         snprintf(known + used, sizeof known - used, ", %s", bd_flag_name((enum bd_flag)f));
     }
-    return bd_fault_set(fault, BD_ERR_USAGE, "fail-on",
-                        "--fail-on %.*s: no such flag; there are none%s", (int)length, text, known);
+    return bd_err_set(detail, BD_ERR_USAGE, "fail-on",
+                      "--fail-on %.*s: no such flag; there are none%s", (int)length, text, known);
 }
 
 // Flags with commas between, added to those that count anyway; "none" takes all away that stand
 // before it.
 static enum bd_err parse_fail_on(const char *text, struct bd_cli_render *out,
-                                 struct bd_fault *fault)
+                                 struct bd_err_detail *detail)
 {
     for (const char *rest = text; rest;) {
         uint32_t length = (uint32_t)strcspn(rest, ",");
         enum bd_flag flag = bd_flag_of(rest, length);
         bool is_none = length == 4 && memcmp(rest, "none", 4) == 0;
         if (flag == BD_FLAG_COUNT && !is_none)
-            return unknown_flag(rest, length < 40 ? length : 40, fault);
+            return unknown_flag(rest, length < 40 ? length : 40, detail);
         out->fail_on = is_none ? 0 : out->fail_on | UINT64_C(1) << flag;
         rest = rest[length] ? rest + length + 1 : NULL;
     }
@@ -98,7 +98,7 @@ static enum bd_err parse_fail_on(const char *text, struct bd_cli_render *out,
 }
 
 static enum bd_err parse_render_option(int id, const char *value, struct bd_cli_render *out,
-                                       struct bd_fault *fault)
+                                       struct bd_err_detail *detail)
 {
     switch (id) {
     case OPT_OUTPUT:
@@ -111,7 +111,7 @@ static enum bd_err parse_render_option(int id, const char *value, struct bd_cli_
         out->environment = value;
         return BD_ERR_OK;
     case OPT_FAIL_ON:
-        return parse_fail_on(value, out, fault);
+        return parse_fail_on(value, out, detail);
     case OPT_STRICT:
         out->strict = true;
         return BD_ERR_OK;
@@ -122,29 +122,29 @@ static enum bd_err parse_render_option(int id, const char *value, struct bd_cli_
     return BD_ERR_INTERNAL;
 }
 
-static enum bd_err check_render(struct bd_cli_render *out, struct bd_fault *fault)
+static enum bd_err check_render(struct bd_cli_render *out, struct bd_err_detail *detail)
 {
-    if (!out->scene) return usage(fault, "scene", "no SCENE: a .glb or .gltf file, or scene:ID");
-    enum bd_err err = bd_cli_check_common(&out->common, fault);
-    if (!err) err = bd_cli_format_of(out->output, &out->format, fault);
+    if (!out->scene) return usage(detail, "scene", "no SCENE: a .glb or .gltf file, or scene:ID");
+    enum bd_err err = bd_cli_check_common(&out->common, detail);
+    if (!err) err = bd_cli_format_of(out->output, &out->format, detail);
     if (err) return err;
     bool to_stdout = out->output && strcmp(out->output, "-") == 0;
     const bool plan = out->frame->plan_only;
     if (plan && out->output)
-        return usage(fault, "plan_only",
+        return usage(detail, "plan_only",
                      "--plan renders nothing, so there is nothing to write to -o");
     if (!out->output && !plan && !out->report && !out->common.json)
         return usage(
-            fault, "output",
+            detail, "output",
             "nothing to do: name a picture (-o FILE), or ask for --plan, --report FILE.json "
             "or --json");
     if (to_stdout && out->common.json)
-        return usage(fault, "json", "-o - and --json both want standard output");
-    return bd_cli_check_frame(out->format, out->frame, fault);
+        return usage(detail, "json", "-o - and --json both want standard output");
+    return bd_cli_check_frame(out->format, out->frame, detail);
 }
 
 enum bd_err bd_cli_parse_render(const char *const *words, int count, struct bd_cli_render *out,
-                                struct bd_fault *fault)
+                                struct bd_err_detail *detail)
 {
     *out = (struct bd_cli_render){.fail_on = bd_flags_that_fail(), .frame = bd_cli_frame_new()};
     struct bd_cli_option table[BD_CLI_TABLE_MAX];
@@ -152,27 +152,27 @@ enum bd_err bd_cli_parse_render(const char *const *words, int count, struct bd_c
     struct bd_cli_args args = {.words = words, .count = count};
     const char *value;
     int id;
-    while ((id = bd_cli_next(&args, table, &value, fault)) != BD_CLI_END) {
+    while ((id = bd_cli_next(&args, table, &value, detail)) != BD_CLI_END) {
         if (id == BD_CLI_ERROR) return BD_ERR_USAGE;
         if (id == BD_CLI_OPERAND) {
             if (out->scene)
-                return bd_fault_set(fault, BD_ERR_USAGE, "scene",
-                                    "one SCENE at a time: %.100s is a second", value);
+                return bd_err_set(detail, BD_ERR_USAGE, "scene",
+                                  "one SCENE at a time: %.100s is a second", value);
             out->scene = value;
             continue;
         }
         if (bd_cli_parse_common(id, value, &out->common, &out->help)) continue;
         enum bd_err err = bd_cli_is_frame_option(id)
-                              ? bd_cli_parse_frame_option(id, value, out->frame, fault)
-                              : parse_render_option(id, value, out, fault);
+                              ? bd_cli_parse_frame_option(id, value, out->frame, detail)
+                              : parse_render_option(id, value, out, detail);
         if (err) return err;
     }
-    return out->help ? BD_ERR_OK : check_render(out, fault);
+    return out->help ? BD_ERR_OK : check_render(out, detail);
 }
 
 enum bd_err bd_cli_parse_plain(const char *const *words, int count, struct bd_cli_common *out,
                                const char **operands, int operand_max, int *operand_count,
-                               bool *help, struct bd_fault *fault)
+                               bool *help, struct bd_err_detail *detail)
 {
     *out = (struct bd_cli_common){0};
     *operand_count = 0;
@@ -180,15 +180,15 @@ enum bd_err bd_cli_parse_plain(const char *const *words, int count, struct bd_cl
     struct bd_cli_args args = {.words = words, .count = count};
     const char *value;
     int id;
-    while ((id = bd_cli_next(&args, plain_table, &value, fault)) != BD_CLI_END) {
+    while ((id = bd_cli_next(&args, plain_table, &value, detail)) != BD_CLI_END) {
         if (id == BD_CLI_ERROR) return BD_ERR_USAGE;
         if (id != BD_CLI_OPERAND) {
             bd_cli_parse_common(id, value, out, help);
             continue;
         }
         if (*operand_count == operand_max)
-            return bd_fault_set(fault, BD_ERR_USAGE, "", "%.100s: one word too many", value);
+            return bd_err_set(detail, BD_ERR_USAGE, "", "%.100s: one word too many", value);
         operands[(*operand_count)++] = value;
     }
-    return bd_cli_check_common(out, fault);
+    return bd_cli_check_common(out, detail);
 }

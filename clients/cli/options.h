@@ -57,7 +57,7 @@ void bd_cli_frame_finish(Bounced__FrameRequest **frame);
 // Decodes the words behind `bounce reference`.
 BD_MUST_CHECK
 enum bd_err bd_cli_parse_reference(const char *const *words, int count,
-                                   struct bd_cli_reference *out, struct bd_fault *fault);
+                                   struct bd_cli_reference *out, struct bd_err_detail *detail);
 
 #define BD_CLI_SCENE_OPERANDS 4
 
@@ -82,13 +82,13 @@ struct bd_cli_scene {
 // Decodes the words behind `bounce scene`, `bounce edit`, `bounce watch`.
 BD_MUST_CHECK
 enum bd_err bd_cli_parse_scene(const char *const *words, int count, struct bd_cli_scene *out,
-                               struct bd_fault *fault);
+                               struct bd_err_detail *detail);
 BD_MUST_CHECK
 enum bd_err bd_cli_parse_edit(const char *const *words, int count, struct bd_cli_scene *out,
-                              struct bd_fault *fault);
+                              struct bd_err_detail *detail);
 BD_MUST_CHECK
 enum bd_err bd_cli_parse_watch(const char *const *words, int count, struct bd_cli_scene *out,
-                               struct bd_fault *fault);
+                               struct bd_err_detail *detail);
 
 struct bd_cli_replay {
     const char *journal; // a file, or a data directory
@@ -109,18 +109,18 @@ struct bd_cli_replay {
 // Decodes the words behind `bounce replay`. Fills `out` in place, as bd_cli_parse_render does.
 BD_MUST_CHECK
 enum bd_err bd_cli_parse_replay(const char *const *words, int count, struct bd_cli_replay *out,
-                                struct bd_fault *fault);
+                                struct bd_err_detail *detail);
 
 // Decodes the words behind `bounce render`. BD_ERR_USAGE names the option and what it allows.
 BD_MUST_CHECK
 enum bd_err bd_cli_parse_render(const char *const *words, int count, struct bd_cli_render *out,
-                                struct bd_fault *fault);
+                                struct bd_err_detail *detail);
 
 // Decodes the words of a command that takes only the common options and operands: at most
 // `operand_max` of them, which `*operand_count` then counts.
 BD_MUST_CHECK
 enum bd_err bd_cli_parse_plain(const char *const *words, int count, struct bd_cli_common *out,
                                const char **operands, int operand_max, int *operand_count,
-                               bool *help, struct bd_fault *fault);
+                               bool *help, struct bd_err_detail *detail);
 
 #endif

@@ -43,22 +43,23 @@ bool bd_cli_is_frame_option(int id);
 // One that is; names the option and what it allows.
 BD_MUST_CHECK
 enum bd_err bd_cli_parse_frame_option(int id, const char *value, Bounced__FrameRequest *frame,
-                                      struct bd_fault *fault);
+                                      struct bd_err_detail *detail);
 // By its name.
 BD_MUST_CHECK
 enum bd_err bd_cli_set_frame_option(const char *name, const char *text,
-                                    Bounced__FrameRequest *frame, struct bd_fault *fault);
+                                    Bounced__FrameRequest *frame, struct bd_err_detail *detail);
 // What options together allow, and what the picture's format decides.
 BD_MUST_CHECK
 enum bd_err bd_cli_check_frame(enum bd_cli_format format, Bounced__FrameRequest *frame,
-                               struct bd_fault *fault);
+                               struct bd_err_detail *detail);
 // By the extension; "-" is PNG, NULL is none.
 BD_MUST_CHECK
-enum bd_err bd_cli_format_of(const char *path, enum bd_cli_format *out, struct bd_fault *fault);
+enum bd_err bd_cli_format_of(const char *path, enum bd_cli_format *out,
+                             struct bd_err_detail *detail);
 
 // True if `id` is one of the common options, which is then stored.
 bool bd_cli_parse_common(int id, const char *value, struct bd_cli_common *out, bool *help);
 BD_MUST_CHECK
-enum bd_err bd_cli_check_common(const struct bd_cli_common *common, struct bd_fault *fault);
+enum bd_err bd_cli_check_common(const struct bd_cli_common *common, struct bd_err_detail *detail);
 
 #endif

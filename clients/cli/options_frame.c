@@ -79,19 +79,20 @@ bool bd_cli_is_frame_option(int id)
 }
 
 enum bd_err bd_cli_parse_frame_option(int id, const char *value, Bounced__FrameRequest *frame,
-                                      struct bd_fault *fault)
+                                      struct bd_err_detail *detail)
 {
     const struct bd_frame_option *option = &bd_frame_options[id - BD_CLI_OPT_FRAME];
-    return bd_frame_option_set(option, value ? value : "1", frame, fault);
+    return bd_frame_option_set(option, value ? value : "1", frame, detail);
 }
 
 enum bd_err bd_cli_set_frame_option(const char *name, const char *text,
-                                    Bounced__FrameRequest *frame, struct bd_fault *fault)
+                                    Bounced__FrameRequest *frame, struct bd_err_detail *detail)
 {
-    return bd_frame_option_set(bd_frame_option_named(name, fault), text, frame, fault);
+    return bd_frame_option_set(bd_frame_option_named(name, detail), text, frame, detail);
 }
 
-enum bd_err bd_cli_format_of(const char *path, enum bd_cli_format *out, struct bd_fault *fault)
+enum bd_err bd_cli_format_of(const char *path, enum bd_cli_format *out,
+                             struct bd_err_detail *detail)
 {
     static const struct {
         const char *extension;
@@ -109,21 +110,21 @@ enum bd_err bd_cli_format_of(const char *path, enum bd_cli_format *out, struct b
     for (size_t i = 0; dot && i < sizeof known / sizeof known[0]; i++)
         if (strcasecmp(dot, known[i].extension) == 0) *out = known[i].format;
     if (*out != BD_CLI_NONE) return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_USAGE, "output",
-                        "-o %.200s: the name must end in .png, .jpg, .jpeg or .exr", path);
+    return bd_err_set(detail, BD_ERR_USAGE, "output",
+                      "-o %.200s: the name must end in .png, .jpg, .jpeg or .exr", path);
 }
 
 enum bd_err bd_cli_check_frame(enum bd_cli_format format, Bounced__FrameRequest *frame,
-                               struct bd_fault *fault)
+                               struct bd_err_detail *detail)
 {
     bool looked_at = format == BD_CLI_PNG || format == BD_CLI_JPEG;
     if (frame->n_layers > 1 && looked_at)
-        return bd_fault_set(fault, BD_ERR_USAGE, "layers",
-                            "--layers: PNG and JPEG hold one layer; an .exr holds all");
+        return bd_err_set(detail, BD_ERR_USAGE, "layers",
+                          "--layers: PNG and JPEG hold one layer; an .exr holds all");
     // Sub-frames are for pictures that are looked at; what is measured wants the bare pixel. The
     // reference samples a pixel by itself.
     bool traced = frame->technique && strcmp(frame->technique, "reference") == 0;
     if (!frame->has_aa) frame->aa = looked_at && !traced ? 16 : 1;
     frame->has_aa = 1;
-    return bd_cli_set_frame_option("encoding", bd_cli_format_name(format), frame, fault);
+    return bd_cli_set_frame_option("encoding", bd_cli_format_name(format), frame, detail);
 }

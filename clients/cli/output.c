@@ -11,10 +11,10 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-static enum bd_err io_fault(struct bd_fault *fault, const char *path)
+static enum bd_err io_err(struct bd_err_detail *detail, const char *path)
 {
-    return bd_fault_set(fault, BD_ERR_IO, "output", "cannot write %.200s: %s", path,
-                        strerror(errno));
+    return bd_err_set(detail, BD_ERR_IO, "output", "cannot write %.200s: %s", path,
+                      strerror(errno));
 }
 
 static bool is_stdout(const char *path)
@@ -29,23 +29,23 @@ static bool is_special(const char *path)
     return stat(path, &info) == 0 && !S_ISREG(info.st_mode);
 }
 
-enum bd_err bd_cli_output_check(const char *path, struct bd_fault *fault)
+enum bd_err bd_cli_output_check(const char *path, struct bd_err_detail *detail)
 {
     if (is_stdout(path)) {
         if (!isatty(STDOUT_FILENO)) return BD_ERR_OK;
-        return bd_fault_set(fault, BD_ERR_USAGE, "output",
-                            "-o -: standard output is a terminal; pipe it, or name a file");
+        return bd_err_set(detail, BD_ERR_USAGE, "output",
+                          "-o -: standard output is a terminal; pipe it, or name a file");
     }
     struct stat info;
     if (stat(path, &info) == 0 && S_ISDIR(info.st_mode)) {
         errno = EISDIR;
-        return io_fault(fault, path);
+        return io_err(detail, path);
     }
     char *copy = strdup(path);
-    if (!copy) return io_fault(fault, path);
+    if (!copy) return io_err(detail, path);
     bool writable =
         is_special(path) ? access(path, W_OK) == 0 : access(dirname(copy), W_OK | X_OK) == 0;
-    enum bd_err err = writable ? BD_ERR_OK : io_fault(fault, path);
+    enum bd_err err = writable ? BD_ERR_OK : io_err(detail, path);
     free(copy);
     return err;
 }
@@ -64,17 +64,17 @@ static bool write_all(int fd, const void *bytes, size_t size)
 }
 
 static enum bd_err write_directly(int fd, const char *path, const void *bytes, size_t size,
-                                  struct bd_fault *fault)
+                                  struct bd_err_detail *detail)
 {
-    if (fd < 0 || !write_all(fd, bytes, size)) return io_fault(fault, path);
+    if (fd < 0 || !write_all(fd, bytes, size)) return io_err(detail, path);
     return BD_ERR_OK;
 }
 
 static enum bd_err write_special(const char *path, const void *bytes, size_t size,
-                                 struct bd_fault *fault)
+                                 struct bd_err_detail *detail)
 {
     int fd = open(path, O_WRONLY | O_CLOEXEC);
-    enum bd_err err = write_directly(fd, path, bytes, size, fault);
+    enum bd_err err = write_directly(fd, path, bytes, size, detail);
     if (fd >= 0) close(fd);
     return err;
 }
@@ -88,15 +88,15 @@ static void widen_mode(int fd)
 }
 
 static enum bd_err write_beside(const char *path, const void *bytes, size_t size,
-                                struct bd_fault *fault)
+                                struct bd_err_detail *detail)
 {
     char *temporary = NULL;
     if (asprintf(&temporary, "%s.XXXXXX", path) < 0)
-        return bd_fault_set(fault, BD_ERR_NO_MEMORY, "output", "no memory for a name");
+        return bd_err_set(detail, BD_ERR_NO_MEMORY, "output", "no memory for a name");
     enum bd_err err = BD_ERR_OK;
     int fd = mkostemp(temporary, O_CLOEXEC);
     if (fd < 0) {
-        err = io_fault(fault, path);
+        err = io_err(detail, path);
         goto release_name;
     }
     widen_mode(fd);
@@ -104,7 +104,7 @@ static enum bd_err write_beside(const char *path, const void *bytes, size_t size
     // Quotas and network file systems speak up only when the file is closed.
     if (close(fd)) wrote = false;
     if (!wrote || rename(temporary, path)) {
-        err = io_fault(fault, path);
+        err = io_err(detail, path);
         unlink(temporary);
     }
 release_name:
@@ -113,9 +113,9 @@ release_name:
 }
 
 enum bd_err bd_cli_output_write(const char *path, const void *bytes, size_t size,
-                                struct bd_fault *fault)
+                                struct bd_err_detail *detail)
 {
-    if (is_stdout(path)) return write_directly(STDOUT_FILENO, "-", bytes, size, fault);
-    if (is_special(path)) return write_special(path, bytes, size, fault);
-    return write_beside(path, bytes, size, fault);
+    if (is_stdout(path)) return write_directly(STDOUT_FILENO, "-", bytes, size, detail);
+    if (is_special(path)) return write_special(path, bytes, size, detail);
+    return write_beside(path, bytes, size, detail);
 }

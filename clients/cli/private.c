@@ -49,19 +49,20 @@ static bool find_on_path(char *path)
     return false;
 }
 
-enum bd_err bd_transport_find_daemon(char path[BD_TRANSPORT_PATH_BYTES], struct bd_fault *fault)
+enum bd_err bd_transport_find_daemon(char path[BD_TRANSPORT_PATH_BYTES],
+                                     struct bd_err_detail *detail)
 {
     const char *named = getenv("BOUNCED");
     if (named && *named) {
         snprintf(path, BD_TRANSPORT_PATH_BYTES, "%s", named);
         if (is_executable(path)) return BD_ERR_OK;
-        return bd_fault_set(fault, BD_ERR_UNREACHABLE, "BOUNCED", "$BOUNCED, %.200s: %s", named,
-                            strerror(errno));
+        return bd_err_set(detail, BD_ERR_UNREACHABLE, "BOUNCED", "$BOUNCED, %.200s: %s", named,
+                          strerror(errno));
     }
     if (find_near(path) || find_on_path(path)) return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_UNREACHABLE, "server",
-                        "no daemon is running, and no bounced to start one lies beside this "
-                        "program or on PATH; name it by $BOUNCED");
+    return bd_err_set(detail, BD_ERR_UNREACHABLE, "server",
+                      "no daemon is running, and no bounced to start one lies beside this "
+                      "program or on PATH; name it by $BOUNCED");
 }
 
 // In the child, between fork and exec: nothing that another thread or a buffer could disturb.
@@ -93,23 +94,23 @@ static void become_daemon(const char *path, const struct bd_private_options *opt
 }
 
 enum bd_err bd_transport_start_private(const struct bd_private_options *options, int *fd,
-                                       pid_t *child, struct bd_fault *fault)
+                                       pid_t *child, struct bd_err_detail *detail)
 {
     char path[BD_TRANSPORT_PATH_BYTES];
-    enum bd_err err = bd_transport_find_daemon(path, fault);
+    enum bd_err err = bd_transport_find_daemon(path, detail);
     if (err) return err;
     int pair[2];
     if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, pair))
-        return bd_fault_set(fault, BD_ERR_UNREACHABLE, "server", "no socket pair: %s",
-                            strerror(errno));
+        return bd_err_set(detail, BD_ERR_UNREACHABLE, "server", "no socket pair: %s",
+                          strerror(errno));
     *child = fork();
     if (*child == 0) become_daemon(path, options, pair[1]);
     close(pair[1]);
     *fd = pair[0];
     if (*child > 0) return BD_ERR_OK;
     close(pair[0]);
-    return bd_fault_set(fault, BD_ERR_UNREACHABLE, "server", "cannot start %.200s: %s", path,
-                        strerror(errno));
+    return bd_err_set(detail, BD_ERR_UNREACHABLE, "server", "cannot start %.200s: %s", path,
+                      strerror(errno));
 }
 
 // True once `child` ended, within `limit_ms`.

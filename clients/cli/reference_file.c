@@ -221,34 +221,34 @@ struct piece {
 };
 
 static enum bd_err find(const struct bd_exr *exr, const char *layer, const char *letters,
-                        const float **planes, struct bd_fault *fault)
+                        const float **planes, struct bd_err_detail *detail)
 {
     for (size_t c = 0; letters[c]; c++) {
         char name[BD_EXR_CHANNEL_NAME_MAX + 2];
         snprintf(name, sizeof name, "%s%s%c", layer, layer[0] ? "." : "", letters[c]);
         planes[c] = bd_exr_channel(exr, name);
         if (!planes[c])
-            return bd_fault_set(fault, BD_ERR_BAD_INPUT, name, "no channel %s in it", name);
+            return bd_err_set(detail, BD_ERR_BAD_INPUT, name, "no channel %s in it", name);
     }
     return BD_ERR_OK;
 }
 
 static enum bd_err find_planes(const struct bd_exr *exr, struct piece *piece,
-                               struct bd_fault *fault)
+                               struct bd_err_detail *detail)
 {
-    enum bd_err err = find(exr, "", "A", &piece->coverage, fault);
+    enum bd_err err = find(exr, "", "A", &piece->coverage, detail);
     for (int h = 0; h < BD_HALF_COUNT; h++)
         for (int l = 0; !err && l < LIGHT_COUNT; l++) {
             char name[BD_EXR_CHANNEL_NAME_MAX];
             bd_layer_half_name((enum bd_half)h, light_names[l], name);
-            err = find(exr, name, "RGB", piece->light[h][l], fault);
+            err = find(exr, name, "RGB", piece->light[h][l], detail);
         }
     for (int v = 0; !err && v < VARIED_COUNT; v++)
-        err = find(exr, variance_names[v], "RGB", piece->variance[v], fault);
-    if (!err) err = find(exr, "albedo", "RGB", piece->albedo, fault);
-    if (!err) err = find(exr, "normal", "XYZ", piece->normal, fault);
-    if (!err) err = find(exr, "normal_length", "Y", &piece->normal_length, fault);
-    return err ? err : find(exr, "depth", "Z", &piece->depth, fault);
+        err = find(exr, variance_names[v], "RGB", piece->variance[v], detail);
+    if (!err) err = find(exr, "albedo", "RGB", piece->albedo, detail);
+    if (!err) err = find(exr, "normal", "XYZ", piece->normal, detail);
+    if (!err) err = find(exr, "normal_length", "Y", &piece->normal_length, detail);
+    return err ? err : find(exr, "depth", "Z", &piece->depth, detail);
 }
 
 // Chan, Golub and LeVeque 1979: sums of squared differences of two sets add up to that of their
@@ -292,43 +292,42 @@ static void add_guides(struct sums *sums, const struct piece *piece, size_t i)
 }
 
 static enum bd_err check_count(const struct bd_cli_reference_file *file, const struct bd_exr *exr,
-                               uint32_t *spp, struct bd_fault *fault)
+                               uint32_t *spp, struct bd_err_detail *detail)
 {
     const char *parameters = bd_exr_attribute(exr, "parameters");
     uint32_t first = 0;
     if (!parameters || !find_count(parameters, "spp", spp) ||
         !find_count(parameters, "first_sample", &first))
-        return bd_fault_set(fault, BD_ERR_BAD_INPUT, "parameters",
-                            "its manifest counts no samples");
+        return bd_err_set(detail, BD_ERR_BAD_INPUT, "parameters", "its manifest counts no samples");
     if (*spp < 2 || *spp % 2 || first != file->spp)
-        return bd_fault_set(fault, BD_ERR_BAD_INPUT, "parameters",
-                            "samples %u to %u do not follow %u that are there", first, first + *spp,
-                            file->spp);
+        return bd_err_set(detail, BD_ERR_BAD_INPUT, "parameters",
+                          "samples %u to %u do not follow %u that are there", first, first + *spp,
+                          file->spp);
     if (file->spp && (exr->width_px != file->width_px || exr->height_px != file->height_px))
-        return bd_fault_set(fault, BD_ERR_BAD_INPUT, "size", "%ux%u pixels instead of %ux%u",
-                            exr->width_px, exr->height_px, file->width_px, file->height_px);
+        return bd_err_set(detail, BD_ERR_BAD_INPUT, "size", "%ux%u pixels instead of %ux%u",
+                          exr->width_px, exr->height_px, file->width_px, file->height_px);
     return BD_ERR_OK;
 }
 
 static enum bd_err make_pixels(struct bd_cli_reference_file *file, const struct bd_exr *exr,
-                               struct bd_fault *fault)
+                               struct bd_err_detail *detail)
 {
     if (file->pixels) return BD_ERR_OK;
     file->width_px = exr->width_px;
     file->height_px = exr->height_px;
     file->pixels = calloc((size_t)exr->width_px * exr->height_px, sizeof *file->pixels);
     if (file->pixels) return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_NO_MEMORY, "size", "no memory for the sums of %ux%u pixels",
-                        exr->width_px, exr->height_px);
+    return bd_err_set(detail, BD_ERR_NO_MEMORY, "size", "no memory for the sums of %ux%u pixels",
+                      exr->width_px, exr->height_px);
 }
 
 static enum bd_err add_exr(struct bd_cli_reference_file *file, const struct bd_exr *exr,
-                           struct bd_fault *fault)
+                           struct bd_err_detail *detail)
 {
     struct piece piece = {0};
-    enum bd_err err = check_count(file, exr, &piece.spp, fault);
-    if (!err) err = find_planes(exr, &piece, fault);
-    if (!err) err = make_pixels(file, exr, fault);
+    enum bd_err err = check_count(file, exr, &piece.spp, detail);
+    if (!err) err = find_planes(exr, &piece, detail);
+    if (!err) err = make_pixels(file, exr, detail);
     if (err) return err;
     for (size_t i = 0; i < (size_t)file->width_px * file->height_px; i++) {
         add_light(&file->pixels[i], &piece, i, file->spp);
@@ -340,13 +339,13 @@ static enum bd_err add_exr(struct bd_cli_reference_file *file, const struct bd_e
 }
 
 enum bd_err bd_cli_reference_file_add(struct bd_cli_reference_file *file, const void *bytes,
-                                      size_t size_bytes, struct bd_fault *fault)
+                                      size_t size_bytes, struct bd_err_detail *detail)
 {
     const struct bd_exr_limits limits = {.side_px_max = bd_exr_limits_default.side_px_max,
                                          .size_bytes_max = FILE_BYTES_MAX};
     struct bd_exr *exr = NULL;
-    enum bd_err err = bd_exr_read(bytes, size_bytes, &limits, &exr, fault);
-    if (!err) err = add_exr(file, exr, fault);
+    enum bd_err err = bd_exr_read(bytes, size_bytes, &limits, &exr, detail);
+    if (!err) err = add_exr(file, exr, detail);
     bd_exr_destroy(&exr);
     return err;
 }
@@ -464,7 +463,7 @@ static char *all_parameters(const struct bd_cli_reference_file *file)
 }
 
 static enum bd_err write(const struct picture *picture, struct bd_bytes *out,
-                         struct bd_fault *fault)
+                         struct bd_err_detail *detail)
 {
     const struct bd_cli_reference_file *file = picture->file;
     struct bd_exr_plane planes[BD_EXR_CHANNEL_MAX];
@@ -480,8 +479,8 @@ static enum bd_err write(const struct picture *picture, struct bd_bytes *out,
         if (strcmp(entries[i].key, "parameters") == 0) entries[i].value = parameters;
     }
     enum bd_err err =
-        bd_layers_to_planes(picture->layers, picture->count, planes, &exr.plane_count, fault);
-    if (!err) err = bd_exr_write(&exr, out, fault);
+        bd_layers_to_planes(picture->layers, picture->count, planes, &exr.plane_count, detail);
+    if (!err) err = bd_exr_write(&exr, out, detail);
     free(parameters);
     return err;
 }
@@ -495,7 +494,7 @@ static struct bd_image *layer_named(const struct picture *picture, const char *n
 }
 
 static enum bd_err filter_layer(const struct picture *picture, enum light light,
-                                struct bd_fault *fault)
+                                struct bd_err_detail *detail)
 {
     struct bd_light_filter_inputs inputs = {
         .albedo = layer_named(picture, "albedo"),
@@ -507,13 +506,13 @@ static enum bd_err filter_layer(const struct picture *picture, enum light light,
         bd_layer_half_name((enum bd_half)h, light_names[light], name);
         inputs.half[h] = layer_named(picture, name);
     }
-    return bd_light_filter_run(&inputs, layer_named(picture, light_names[light]), fault);
+    return bd_light_filter_run(&inputs, layer_named(picture, light_names[light]), detail);
 }
 
-static enum bd_err filter_light(const struct picture *picture, struct bd_fault *fault)
+static enum bd_err filter_light(const struct picture *picture, struct bd_err_detail *detail)
 {
-    enum bd_err err = filter_layer(picture, DIRECT, fault);
-    if (!err) err = filter_layer(picture, INDIRECT, fault);
+    enum bd_err err = filter_layer(picture, DIRECT, detail);
+    if (!err) err = filter_layer(picture, INDIRECT, detail);
     if (err) return err;
     const struct bd_image *const parts[] = {layer_named(picture, light_names[DIRECT]),
                                             layer_named(picture, light_names[INDIRECT]),
@@ -523,18 +522,18 @@ static enum bd_err filter_light(const struct picture *picture, struct bd_fault *
 }
 
 enum bd_err bd_cli_reference_file_encode(const struct bd_cli_reference_file *file,
-                                         struct bd_bytes *out, struct bd_fault *fault)
+                                         struct bd_bytes *out, struct bd_err_detail *detail)
 {
     BD_ASSERT_CMP(file->spp, >, 0u);
     struct picture picture = {.file = file};
     bool made = add_light_layers(&picture) && add_half_layers(&picture) &&
                 add_variance_layers(&picture) && add_guide_layers(&picture);
     enum bd_err err = made ? BD_ERR_OK
-                           : bd_fault_set(fault, BD_ERR_NO_MEMORY, "size",
-                                          "no memory for the layers of %ux%u pixels",
-                                          file->width_px, file->height_px);
-    if (!err && file->filters) err = filter_light(&picture, fault);
-    if (!err) err = write(&picture, out, fault);
+                           : bd_err_set(detail, BD_ERR_NO_MEMORY, "size",
+                                        "no memory for the layers of %ux%u pixels", file->width_px,
+                                        file->height_px);
+    if (!err && file->filters) err = filter_light(&picture, detail);
+    if (!err) err = write(&picture, out, detail);
     for (size_t i = 0; i < picture.count; i++) bd_image_destroy(&picture.images[i]);
     return err;
 }

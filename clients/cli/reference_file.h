@@ -53,7 +53,7 @@ bool bd_cli_parameters_filter(const char *parameters);
 // for what is none, with the channel or entry that is missing.
 BD_MUST_CHECK
 enum bd_err bd_cli_reference_file_add(struct bd_cli_reference_file *file, const void *bytes,
-                                      size_t size_bytes, struct bd_fault *fault);
+                                      size_t size_bytes, struct bd_err_detail *detail);
 
 // What the manifest says: "scene", "seed", ...; "" where it says nothing. Of "parameters" without
 // those that the file decides on. Valid until the next add.
@@ -64,6 +64,6 @@ void bd_cli_reference_file_size(const struct bd_cli_reference_file *file, uint32
 // The whole as the bytes of an EXR; `*out` must be empty.
 BD_MUST_CHECK
 enum bd_err bd_cli_reference_file_encode(const struct bd_cli_reference_file *file,
-                                         struct bd_bytes *out, struct bd_fault *fault);
+                                         struct bd_bytes *out, struct bd_err_detail *detail);
 
 #endif

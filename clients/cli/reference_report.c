@@ -17,7 +17,7 @@ static const char *or_none(const char *text)
 // --- the sum --------------------------------------------------------------------------------
 
 static enum bd_err copy(const Bounced__Report *report, Bounced__Report **out,
-                        struct bd_fault *fault)
+                        struct bd_err_detail *detail)
 {
     size_t size = bounced__report__get_packed_size(report);
     uint8_t *packed = malloc(size ? size : 1);
@@ -25,7 +25,7 @@ static enum bd_err copy(const Bounced__Report *report, Bounced__Report **out,
     *out = packed ? bounced__report__unpack(NULL, size, packed) : NULL;
     free(packed);
     return *out ? BD_ERR_OK
-                : bd_fault_set(fault, BD_ERR_NO_MEMORY, "report", "no memory for a report");
+                : bd_err_set(detail, BD_ERR_NO_MEMORY, "report", "no memory for a report");
 }
 
 void bd_cli_reference_report_finish(struct bd_cli_reference_report *report)
@@ -35,9 +35,9 @@ void bd_cli_reference_report_finish(struct bd_cli_reference_report *report)
 }
 
 enum bd_err bd_cli_reference_report_begin(struct bd_cli_reference_report *report,
-                                          const Bounced__Report *plan, struct bd_fault *fault)
+                                          const Bounced__Report *plan, struct bd_err_detail *detail)
 {
-    return copy(plan, &report->sum, fault);
+    return copy(plan, &report->sum, detail);
 }
 
 static const Bounced__ReportPass *find_pass(const Bounced__Report *report, const char *name)
@@ -95,10 +95,10 @@ static void add_flags(Bounced__Report *piece, const Bounced__Report *before)
 }
 
 enum bd_err bd_cli_reference_report_add(struct bd_cli_reference_report *report,
-                                        const Bounced__Report *piece, struct bd_fault *fault)
+                                        const Bounced__Report *piece, struct bd_err_detail *detail)
 {
     Bounced__Report *sum = NULL;
-    enum bd_err err = copy(piece, &sum, fault);
+    enum bd_err err = copy(piece, &sum, detail);
     if (err) return err;
     add_passes(sum, report->sum);
     add_times(sum->time_ms, report->sum->time_ms);
@@ -144,16 +144,16 @@ static void join_parameters(const Bounced__Report *plan, char *out, size_t size)
 }
 
 static enum bd_err differs(const char *path, const char *what, const char *has, const char *wanted,
-                           struct bd_fault *fault)
+                           struct bd_err_detail *detail)
 {
-    return bd_fault_set(fault, BD_ERR_USAGE, what,
-                        "%.100s was made with another %s (%.120s, not %.120s); another -o, or "
-                        "--force to start anew",
-                        path, what, *has ? has : "none", *wanted ? wanted : "none");
+    return bd_err_set(detail, BD_ERR_USAGE, what,
+                      "%.100s was made with another %s (%.120s, not %.120s); another -o, or "
+                      "--force to start anew",
+                      path, what, *has ? has : "none", *wanted ? wanted : "none");
 }
 
 static enum bd_err match_size(const Bounced__Report *plan, const struct bd_cli_reference_file *file,
-                              const char *path, struct bd_fault *fault)
+                              const char *path, struct bd_err_detail *detail)
 {
     uint32_t width_px, height_px;
     char has[32], wanted[32];
@@ -161,12 +161,12 @@ static enum bd_err match_size(const Bounced__Report *plan, const struct bd_cli_r
     snprintf(has, sizeof has, "%" PRIu32 "x%" PRIu32, width_px, height_px);
     snprintf(wanted, sizeof wanted, "%" PRIu32 "x%" PRIu32, plan->n_size == 2 ? plan->size[0] : 0,
              plan->n_size == 2 ? plan->size[1] : 0);
-    return strcmp(has, wanted) == 0 ? BD_ERR_OK : differs(path, "size", has, wanted, fault);
+    return strcmp(has, wanted) == 0 ? BD_ERR_OK : differs(path, "size", has, wanted, detail);
 }
 
 enum bd_err bd_cli_reference_report_match(const Bounced__Report *plan, const uint32_t region[4],
                                           const struct bd_cli_reference_file *file,
-                                          const char *path, struct bd_fault *fault)
+                                          const char *path, struct bd_err_detail *detail)
 {
     char seed[24], area[48] = "", parameters[2048];
     snprintf(seed, sizeof seed, "%" PRIu64, plan->seed);
@@ -183,11 +183,11 @@ enum bd_err bd_cli_reference_report_match(const Bounced__Report *plan, const uin
                  {"seed", seed},
                  {"region", area},
                  {"build", or_none(plan->build)}};
-    enum bd_err err = match_size(plan, file, path, fault);
+    enum bd_err err = match_size(plan, file, path, detail);
     for (size_t i = 0; !err && i < sizeof pairs / sizeof pairs[0]; i++) {
         const char *has = bd_cli_reference_file_says(file, pairs[i].key);
         if (strcmp(has, pairs[i].wanted) != 0)
-            err = differs(path, pairs[i].key, has, pairs[i].wanted, fault);
+            err = differs(path, pairs[i].key, has, pairs[i].wanted, detail);
     }
     return err;
 }

@@ -15,13 +15,14 @@ struct bd_cli_reference_report {
 // Starts with the plan's, in case nothing is traced. Begin once; finish takes what never began.
 BD_MUST_CHECK
 enum bd_err bd_cli_reference_report_begin(struct bd_cli_reference_report *report,
-                                          const Bounced__Report *plan, struct bd_fault *fault);
+                                          const Bounced__Report *plan,
+                                          struct bd_err_detail *detail);
 void bd_cli_reference_report_finish(struct bd_cli_reference_report *report);
 
 // Adds a piece: its times to those before, its flags to those that are new.
 BD_MUST_CHECK
 enum bd_err bd_cli_reference_report_add(struct bd_cli_reference_report *report,
-                                        const Bounced__Report *piece, struct bd_fault *fault);
+                                        const Bounced__Report *piece, struct bd_err_detail *detail);
 
 // The whole as JSON with a final newline, for what `file` is; the caller frees it. NULL without
 // memory.
@@ -36,6 +37,6 @@ double bd_cli_reference_report_pass_ms(const Bounced__Report *report, const char
 BD_MUST_CHECK
 enum bd_err bd_cli_reference_report_match(const Bounced__Report *plan, const uint32_t region[4],
                                           const struct bd_cli_reference_file *file,
-                                          const char *path, struct bd_fault *fault);
+                                          const char *path, struct bd_err_detail *detail);
 
 #endif

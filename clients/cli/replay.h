@@ -42,7 +42,8 @@ struct bd_cli_player {
 // stays.
 BD_MUST_CHECK
 enum bd_err bd_cli_replay_scene(struct bd_cli_player *player,
-                                const struct bd_cli_replay_scene *scene, struct bd_fault *fault);
+                                const struct bd_cli_replay_scene *scene,
+                                struct bd_err_detail *detail);
 
 // --- replay_print.c
 
@@ -60,6 +61,7 @@ struct bd_cli_replay_line {
 void bd_cli_replay_print_scene(const struct bd_cli_player *player);
 BD_MUST_CHECK
 enum bd_err bd_cli_replay_print(const struct bd_cli_player *player,
-                                const struct bd_cli_replay_line *line, struct bd_fault *fault);
+                                const struct bd_cli_replay_line *line,
+                                struct bd_err_detail *detail);
 
 #endif

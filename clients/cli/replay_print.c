@@ -72,12 +72,12 @@ static bool print_json(const struct bd_cli_player *player, const struct bd_cli_r
 }
 
 enum bd_err bd_cli_replay_print(const struct bd_cli_player *player,
-                                const struct bd_cli_replay_line *line, struct bd_fault *fault)
+                                const struct bd_cli_replay_line *line, struct bd_err_detail *detail)
 {
     if (!player->options->frame.common.json)
         print_text(player, line);
     else if (!print_json(player, line))
-        return bd_fault_set(fault, BD_ERR_NO_MEMORY, "", "no memory for a line");
+        return bd_err_set(detail, BD_ERR_NO_MEMORY, "", "no memory for a line");
     if (fflush(stdout) == 0) return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_IO, "", "standard output cannot be written to");
+    return bd_err_set(detail, BD_ERR_IO, "", "standard output cannot be written to");
 }

@@ -54,29 +54,29 @@ static bool is_inside(const char *folder, const char *path)
     return strncmp(folder, path, length) == 0 && path[length] == '/';
 }
 
-static enum bd_err refuse(struct bd_fault *fault, const char *uri, const char *why)
+static enum bd_err refuse(struct bd_err_detail *detail, const char *uri, const char *why)
 {
-    return bd_fault_set(fault, BD_ERR_BAD_INPUT, "uri", "%.200s: %s", uri, why);
+    return bd_err_set(detail, BD_ERR_BAD_INPUT, "uri", "%.200s: %s", uri, why);
 }
 
 // `decoded` is relative. Resolves links as well, and asks afterwards where that led.
 static enum bd_err resolve_decoded(const char *folder, const char *uri, const char *decoded,
-                                   char **path, struct bd_fault *fault)
+                                   char **path, struct bd_err_detail *detail)
 {
     size_t size = strlen(folder) + strlen(decoded) + 2;
     char *joined = malloc(size);
-    if (!joined) return bd_fault_set(fault, BD_ERR_NO_MEMORY, "uri", "no memory for a path");
+    if (!joined) return bd_err_set(detail, BD_ERR_NO_MEMORY, "uri", "no memory for a path");
     snprintf(joined, size, "%s/%s", folder, decoded);
     char *real = realpath(joined, NULL);
     int error = errno;
     free(joined);
     if (!real) {
         if (error == ENOENT || error == ENOTDIR) return BD_ERR_OK; // nothing there
-        return refuse(fault, uri, strerror(error));
+        return refuse(detail, uri, strerror(error));
     }
     if (!is_inside(folder, real)) {
         free(real);
-        return refuse(fault, uri, "leads out of the scene's folder");
+        return refuse(detail, uri, "leads out of the scene's folder");
     }
     *path = real;
     return BD_ERR_OK;
@@ -101,34 +101,34 @@ static bool climbs_out(const char *relative)
 }
 
 enum bd_err bd_cli_resolve_uri(const char *folder, const char *uri, char **path, bool *is_data,
-                               struct bd_fault *fault)
+                               struct bd_err_detail *detail)
 {
     *path = NULL;
     *is_data = strncasecmp(uri, "data:", 5) == 0;
     if (*is_data) return BD_ERR_OK;
-    if (!uri[0]) return refuse(fault, uri, "empty uri");
-    if (has_scheme(uri)) return refuse(fault, uri, "only files beside the scene are read");
+    if (!uri[0]) return refuse(detail, uri, "empty uri");
+    if (has_scheme(uri)) return refuse(detail, uri, "only files beside the scene are read");
     char *decoded = malloc(strlen(uri) + 1);
-    if (!decoded) return bd_fault_set(fault, BD_ERR_NO_MEMORY, "uri", "no memory for a path");
+    if (!decoded) return bd_err_set(detail, BD_ERR_NO_MEMORY, "uri", "no memory for a path");
     enum bd_err err;
     if (!percent_decode(uri, decoded))
-        err = refuse(fault, uri, "a zero byte in a uri");
+        err = refuse(detail, uri, "a zero byte in a uri");
     else if (decoded[0] == '/')
-        err = refuse(fault, uri, "absolute paths are refused");
+        err = refuse(detail, uri, "absolute paths are refused");
     else if (climbs_out(decoded))
-        err = refuse(fault, uri, "leads out of the scene's folder");
+        err = refuse(detail, uri, "leads out of the scene's folder");
     else
-        err = resolve_decoded(folder, uri, decoded, path, fault);
+        err = resolve_decoded(folder, uri, decoded, path, detail);
     free(decoded);
     return err;
 }
 
-int bd_cli_open_regular(const char *path, uint64_t *size_bytes, struct bd_fault *fault)
+int bd_cli_open_regular(const char *path, uint64_t *size_bytes, struct bd_err_detail *detail)
 {
     // O_NONBLOCK: opening a FIFO must not wait for a writer. It changes nothing for files.
     int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
     if (fd < 0) {
-        bd_fault_set(fault, BD_ERR_IO, path, "%.200s: %s", path, strerror(errno));
+        bd_err_set(detail, BD_ERR_IO, path, "%.200s: %s", path, strerror(errno));
         return -1;
     }
     struct stat info;
@@ -137,6 +137,6 @@ int bd_cli_open_regular(const char *path, uint64_t *size_bytes, struct bd_fault 
         return fd;
     }
     close(fd);
-    bd_fault_set(fault, BD_ERR_BAD_INPUT, path, "%.200s: not a regular file", path);
+    bd_err_set(detail, BD_ERR_BAD_INPUT, path, "%.200s: not a regular file", path);
     return -1;
 }

@@ -35,34 +35,35 @@ static bool read_radiance(const char *text, double out[3])
     return true;
 }
 
-static enum bd_err check_file(const char *path, struct bd_fault *fault)
+static enum bd_err check_file(const char *path, struct bd_err_detail *detail)
 {
     uint64_t size_bytes = 0;
-    int fd = bd_cli_open_regular(path, &size_bytes, fault);
-    if (fd < 0) return fault->err;
+    int fd = bd_cli_open_regular(path, &size_bytes, detail);
+    if (fd < 0) return detail->err;
     close(fd);
     return BD_ERR_OK;
 }
 
 static enum bd_err check_environment(const char *scene, const char *environment,
-                                     struct bd_fault *fault)
+                                     struct bd_err_detail *detail)
 {
     double radiance[3];
     if (is_held(scene))
-        return bd_fault_set(fault, BD_ERR_USAGE, "environment",
-                            "--environment goes with a file; a held scene has its own");
-    if (is_map(environment)) return check_file(environment, fault);
+        return bd_err_set(detail, BD_ERR_USAGE, "environment",
+                          "--environment goes with a file; a held scene has its own");
+    if (is_map(environment)) return check_file(environment, detail);
     if (read_radiance(environment, radiance)) return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_USAGE, "environment",
-                        "--environment %.60s: R,G,B in cd/m^2, each 0 or more, or a FILE.exr "
-                        "or FILE.hdr",
-                        environment);
+    return bd_err_set(detail, BD_ERR_USAGE, "environment",
+                      "--environment %.60s: R,G,B in cd/m^2, each 0 or more, or a FILE.exr "
+                      "or FILE.hdr",
+                      environment);
 }
 
-enum bd_err bd_cli_source_check(const char *scene, const char *environment, struct bd_fault *fault)
+enum bd_err bd_cli_source_check(const char *scene, const char *environment,
+                                struct bd_err_detail *detail)
 {
-    enum bd_err err = is_held(scene) ? BD_ERR_OK : check_file(scene, fault);
-    if (!err && environment) err = check_environment(scene, environment, fault);
+    enum bd_err err = is_held(scene) ? BD_ERR_OK : check_file(scene, detail);
+    if (!err && environment) err = check_environment(scene, environment, detail);
     return err;
 }
 
@@ -77,36 +78,36 @@ static void warn_missing(const struct bd_cli_files *files)
 
 static enum bd_err send_environment(struct bd_cli_source *source, const char *environment,
                                     struct bd_cli_conn *conn, struct bd_cli_progress *progress,
-                                    struct bd_fault *fault)
+                                    struct bd_err_detail *detail)
 {
     source->has_environment = true;
     bounced__environment__init(&source->environment);
     if (!is_map(environment)) {
         if (!read_radiance(environment, source->radiance))
-            return check_environment(source->scene, environment, fault);
+            return check_environment(source->scene, environment, detail);
         source->environment.n_radiance = 3;
         source->environment.radiance = source->radiance;
         return BD_ERR_OK;
     }
-    enum bd_err err = bd_cli_files_one(environment, &source->sky, fault);
-    if (!err) err = bd_cli_upload(conn, &source->sky, progress, fault);
+    enum bd_err err = bd_cli_files_one(environment, &source->sky, detail);
+    if (!err) err = bd_cli_upload(conn, &source->sky, progress, detail);
     if (!err) source->environment.map = source->sky.items[0].blob;
     return err;
 }
 
 enum bd_err bd_cli_source_send(struct bd_cli_source *out, const char *scene,
                                const char *environment, struct bd_cli_conn *conn,
-                               struct bd_cli_progress *progress, struct bd_fault *fault)
+                               struct bd_cli_progress *progress, struct bd_err_detail *detail)
 {
     *out = (struct bd_cli_source){.scene = scene};
     if (is_held(scene)) return BD_ERR_OK;
-    enum bd_err err = bd_cli_files_collect(scene, &out->files, fault);
+    enum bd_err err = bd_cli_files_collect(scene, &out->files, detail);
     if (err) return err;
     warn_missing(&out->files);
-    err = bd_cli_upload(conn, &out->files, progress, fault);
+    err = bd_cli_upload(conn, &out->files, progress, detail);
     if (!err && bd_cli_upload_table(&out->files, &out->table, &out->table_count))
-        err = bd_fault_set(fault, BD_ERR_NO_MEMORY, "scene", "no memory for the table of files");
-    if (!err && environment) err = send_environment(out, environment, conn, progress, fault);
+        err = bd_err_set(detail, BD_ERR_NO_MEMORY, "scene", "no memory for the table of files");
+    if (!err && environment) err = send_environment(out, environment, conn, progress, detail);
     return err;
 }
 

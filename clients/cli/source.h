@@ -25,14 +25,15 @@ struct bd_cli_source {
 // What can be seen to fail before a daemon is started for it. `environment` is "R,G,B" in cd/m^2,
 // an .exr or .hdr, or NULL for none; it goes with a file.
 BD_MUST_CHECK
-enum bd_err bd_cli_source_check(const char *scene, const char *environment, struct bd_fault *fault);
+enum bd_err bd_cli_source_check(const char *scene, const char *environment,
+                                struct bd_err_detail *detail);
 
 // Reads and hashes the files, notes those that are missing, and sends what the daemon lacks. Finish
 // `out` either way; do not move it.
 BD_MUST_CHECK
 enum bd_err bd_cli_source_send(struct bd_cli_source *out, const char *scene,
                                const char *environment, struct bd_cli_conn *conn,
-                               struct bd_cli_progress *progress, struct bd_fault *fault);
+                               struct bd_cli_progress *progress, struct bd_err_detail *detail);
 void bd_cli_source_finish(struct bd_cli_source *source);
 
 // Names the scene in a request, which borrows from `source`.

@@ -9,10 +9,9 @@
 #include <sys/un.h>
 #include <unistd.h>
 
-static enum bd_err unreachable(struct bd_fault *fault, const char *server, const char *why)
+static enum bd_err unreachable(struct bd_err_detail *detail, const char *server, const char *why)
 {
-    return bd_fault_set(fault, BD_ERR_UNREACHABLE, "server", "cannot reach %.200s: %s", server,
-                        why);
+    return bd_err_set(detail, BD_ERR_UNREACHABLE, "server", "cannot reach %.200s: %s", server, why);
 }
 
 static bool unix_address(const char *path, struct sockaddr_un *address)
@@ -64,40 +63,39 @@ static bool split_host_port(char *text, char **host, char **port)
     return true;
 }
 
-static enum bd_err connect_tcp(const char *server, int *fd, struct bd_fault *fault)
+static enum bd_err connect_tcp(const char *server, int *fd, struct bd_err_detail *detail)
 {
     char text[256], *host = NULL, *port = NULL;
     snprintf(text, sizeof text, "%s", server + strlen("tcp:"));
     if (!split_host_port(text, &host, &port))
-        return bd_fault_set(fault, BD_ERR_USAGE, "server", "--server %.200s: tcp:HOST:PORT",
-                            server);
+        return bd_err_set(detail, BD_ERR_USAGE, "server", "--server %.200s: tcp:HOST:PORT", server);
     struct addrinfo hints = {.ai_socktype = SOCK_STREAM}, *addresses = NULL;
     int rv = getaddrinfo(host, port, &hints, &addresses);
-    if (rv) return unreachable(fault, server, gai_strerror(rv));
+    if (rv) return unreachable(detail, server, gai_strerror(rv));
     *fd = connect_any(addresses);
     int error = errno;
     freeaddrinfo(addresses);
-    return *fd < 0 ? unreachable(fault, server, strerror(error)) : BD_ERR_OK;
+    return *fd < 0 ? unreachable(detail, server, strerror(error)) : BD_ERR_OK;
 }
 
-enum bd_err bd_transport_connect(const char *server, int *fd, struct bd_fault *fault)
+enum bd_err bd_transport_connect(const char *server, int *fd, struct bd_err_detail *detail)
 {
-    if (strncmp(server, "tcp:", 4) == 0) return connect_tcp(server, fd, fault);
+    if (strncmp(server, "tcp:", 4) == 0) return connect_tcp(server, fd, detail);
     if (strncmp(server, "http:", 5) == 0 || strncmp(server, "https:", 6) == 0)
-        return bd_fault_set(fault, BD_ERR_USAGE, "server",
-                            "--server %.100s: bounce speaks the framed stream, not HTTP; give the "
-                            "daemon --listen tcp:HOST:PORT and name that, or unix:PATH",
-                            server);
+        return bd_err_set(detail, BD_ERR_USAGE, "server",
+                          "--server %.100s: bounce speaks the framed stream, not HTTP; give the "
+                          "daemon --listen tcp:HOST:PORT and name that, or unix:PATH",
+                          server);
     if (strncmp(server, "unix:", 5) != 0)
-        return bd_fault_set(fault, BD_ERR_USAGE, "server",
-                            "--server %.100s: unix:PATH or tcp:HOST:PORT", server);
+        return bd_err_set(detail, BD_ERR_USAGE, "server",
+                          "--server %.100s: unix:PATH or tcp:HOST:PORT", server);
     struct sockaddr_un address;
     if (!unix_address(server + 5, &address))
-        return bd_fault_set(fault, BD_ERR_USAGE, "server",
-                            "--server %.100s: a socket's path has 1 to %zu bytes", server,
-                            sizeof address.sun_path - 1);
+        return bd_err_set(detail, BD_ERR_USAGE, "server",
+                          "--server %.100s: a socket's path has 1 to %zu bytes", server,
+                          sizeof address.sun_path - 1);
     *fd = connect_unix(&address);
-    return *fd < 0 ? unreachable(fault, server, strerror(errno)) : BD_ERR_OK;
+    return *fd < 0 ? unreachable(detail, server, strerror(errno)) : BD_ERR_OK;
 }
 
 bool bd_transport_default_path(char *path, size_t size)

@@ -14,7 +14,7 @@
 // Connects to "unix:PATH" or "tcp:HOST:PORT" ("tcp:[::1]:7481" for IPv6). BD_ERR_USAGE for other
 // addresses, BD_ERR_UNREACHABLE if nobody answers.
 BD_MUST_CHECK
-enum bd_err bd_transport_connect(const char *server, int *fd, struct bd_fault *fault);
+enum bd_err bd_transport_connect(const char *server, int *fd, struct bd_err_detail *detail);
 
 // $XDG_RUNTIME_DIR/bounced.sock, where a daemon without --listen waits. False if there is
 // no such folder variable, or the path does not fit a socket address.
@@ -28,7 +28,8 @@ bool bd_transport_connect_default(int *fd);
 // The daemon's executable: $BOUNCED, or beside ours, or where a build tree has it, or on PATH.
 // BD_ERR_UNREACHABLE names what was tried.
 BD_MUST_CHECK
-enum bd_err bd_transport_find_daemon(char path[BD_TRANSPORT_PATH_BYTES], struct bd_fault *fault);
+enum bd_err bd_transport_find_daemon(char path[BD_TRANSPORT_PATH_BYTES],
+                                     struct bd_err_detail *detail);
 
 struct bd_private_options {
     const char *device; // NULL: the daemon's default
@@ -40,7 +41,7 @@ struct bd_private_options {
 // group of its own, so that the terminal's Ctrl-C reaches only us.
 BD_MUST_CHECK
 enum bd_err bd_transport_start_private(const struct bd_private_options *options, int *fd,
-                                       pid_t *child, struct bd_fault *fault);
+                                       pid_t *child, struct bd_err_detail *detail);
 
 // Waits for the private daemon's end, once its descriptor is closed: `patience_ms` for it to go by
 // itself, then SIGTERM, 2 s later SIGKILL. Returns waitpid's status.

@@ -11,15 +11,15 @@
 // Afterwards the daemon holds every blob of `files`.
 BD_MUST_CHECK
 enum bd_err bd_cli_upload(struct bd_cli_conn *conn, const struct bd_cli_files *files,
-                          struct bd_cli_progress *progress, struct bd_fault *fault);
+                          struct bd_cli_progress *progress, struct bd_err_detail *detail);
 
 // One blob out of memory, whether the daemon holds it or not.
 BD_MUST_CHECK
 enum bd_err bd_cli_upload_bytes(struct bd_cli_conn *conn, const char *blob, const void *bytes,
-                                size_t size, struct bd_fault *fault);
+                                size_t size, struct bd_err_detail *detail);
 BD_MUST_CHECK
 enum bd_err bd_cli_upload_is_held(struct bd_cli_conn *conn, const char *blob, bool *out,
-                                  struct bd_fault *fault);
+                                  struct bd_err_detail *detail);
 
 // The table of a request: one entry for each file but the scene itself. `*out` borrows from
 // `files`; free it with bd_cli_upload_table_free.

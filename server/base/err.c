@@ -38,17 +38,17 @@ int bd_err_http_status(enum bd_err err)
     return (unsigned)err < BD_ERR_COUNT ? errs[err].http_status : errs[BD_ERR_INTERNAL].http_status;
 }
 
-enum bd_err bd_fault_set(struct bd_fault *fault, enum bd_err err, const char *field,
-                         const char *format, ...)
+enum bd_err bd_err_set(struct bd_err_detail *detail, enum bd_err err, const char *field,
+                       const char *format, ...)
 {
-    if (!fault) return err;
-    fault->err = err;
-    snprintf(fault->field, sizeof fault->field, "%s", field ? field : "");
+    if (!detail) return err;
+    detail->err = err;
+    snprintf(detail->field, sizeof detail->field, "%s", field ? field : "");
     va_list args;
     va_start(args, format);
-    vsnprintf(fault->message, sizeof fault->message, format, args);
+    vsnprintf(detail->message, sizeof detail->message, format, args);
     va_end(args);
-    bd_text_make_plain(fault->field);
-    bd_text_make_plain(fault->message);
+    bd_text_make_plain(detail->field);
+    bd_text_make_plain(detail->message);
     return err;
 }

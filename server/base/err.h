@@ -3,7 +3,7 @@
 // Our own bugs are not here: they are BD_ASSERT (base/assert.h). Less quality than asked is not
 // here either: it is a flag in the frame's report. A function that can fail through the world's
 // fault returns `enum bd_err` and must be checked. If a person will want to know more than the
-// code says, it also takes a `struct bd_fault *` and fills it once, where the cause is known.
+// code says, it also takes a `struct bd_err_detail *` and fills it once, where the cause is known.
 
 #ifndef BD_BASE_ERR_H
 #define BD_BASE_ERR_H
@@ -45,9 +45,9 @@ enum bd_err {
         BD_ERR_COUNT
 };
 
-// One fault, for a person: `field` is the JSON path, option or key at fault ("" if none),
-// `message` one line without a final newline.
-struct bd_fault {
+// What an error was about, for a person: `field` is the JSON path, option or key at fault ("" if
+// none), `message` one line without a final newline.
+struct bd_err_detail {
     enum bd_err err;
     char field[128];
     char message[1024];
@@ -60,12 +60,12 @@ enum bd_err bd_err_from_name(const char *name);
 int bd_err_exit_code(enum bd_err err);
 int bd_err_http_status(enum bd_err err);
 
-// Fills `fault` (which may be NULL) and returns `err`, so that it reads
-// `return bd_fault_set(fault, BD_ERR_LIMIT, "size", "...")`. The message, which may quote hostile
+// Fills `detail` (which may be NULL) and returns `err`, so that it reads
+// `return bd_err_set(detail, BD_ERR_LIMIT, "size", "...")`. The message, which may quote hostile
 // input and is cut to its room, is made plain (base/text.h): always UTF-8, without control
 // characters.
-enum bd_err bd_fault_set(struct bd_fault *fault, enum bd_err err, const char *field,
-                         const char *format, ...) BD_PRINTF(4, 5);
+enum bd_err bd_err_set(struct bd_err_detail *detail, enum bd_err err, const char *field,
+                       const char *format, ...) BD_PRINTF(4, 5);
 
 #ifdef __cplusplus
 }

@@ -240,7 +240,7 @@ static int load(uint32_t otherwise)
 }
 
 enum bd_err bd_confine_calls(enum bd_sandbox sandbox, bool device_is_software,
-                             struct bd_fault *fault)
+                             struct bd_err_detail *detail)
 {
     if (sandbox == BD_SANDBOX_OFF) return BD_ERR_OK;
     if (sandbox == BD_SANDBOX_AUTO && !device_is_software) {
@@ -252,8 +252,8 @@ enum bd_err bd_confine_calls(enum bd_sandbox sandbox, bool device_is_software,
     int bad = load(sandbox == BD_SANDBOX_LOG ? SCMP_ACT_LOG : SCMP_ACT_ERRNO(ENOSYS));
     if (!bad) return BD_ERR_OK;
     if (sandbox == BD_SANDBOX_ON)
-        return bd_fault_set(fault, BD_ERR_UNSUPPORTED, "sandbox",
-                            "the kernel takes no filter of system calls: %s", strerror(-bad));
+        return bd_err_set(detail, BD_ERR_UNSUPPORTED, "sandbox",
+                          "the kernel takes no filter of system calls: %s", strerror(-bad));
     bd_log(BD_LOG_WARN, "confine", "no filter of system calls: %s", strerror(-bad));
     return BD_ERR_OK;
 }

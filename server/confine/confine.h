@@ -32,12 +32,12 @@ struct bd_confine_paths {
 // and LOG. Nothing with OFF.
 BD_MUST_CHECK
 enum bd_err bd_confine_paths(enum bd_sandbox sandbox, const struct bd_confine_paths *paths,
-                             struct bd_fault *fault);
+                             struct bd_err_detail *detail);
 
 // The filter of system calls, for every thread there is. With AUTO for software devices alone: it
 // was not tried with other drivers. Fails and speaks as above.
 BD_MUST_CHECK
 enum bd_err bd_confine_calls(enum bd_sandbox sandbox, bool device_is_software,
-                             struct bd_fault *fault);
+                             struct bd_err_detail *detail);
 
 #endif

@@ -230,15 +230,15 @@ static int restrict_to(const struct bd_confine_paths *paths, long version)
 }
 
 enum bd_err bd_confine_paths(enum bd_sandbox sandbox, const struct bd_confine_paths *paths,
-                             struct bd_fault *fault)
+                             struct bd_err_detail *detail)
 {
     if (sandbox == BD_SANDBOX_OFF) return BD_ERR_OK;
     long version = syscall(SYS_landlock_create_ruleset, NULL, 0, ASKS_VERSION);
     int bad = version < 1 ? errno : restrict_to(paths, version);
     if (!bad) return BD_ERR_OK;
     if (sandbox == BD_SANDBOX_ON)
-        return bd_fault_set(fault, BD_ERR_UNSUPPORTED, "sandbox",
-                            "the kernel has no Landlock for us: %s", strerror(bad));
+        return bd_err_set(detail, BD_ERR_UNSUPPORTED, "sandbox",
+                          "the kernel has no Landlock for us: %s", strerror(bad));
     bd_log(BD_LOG_WARN, "confine", "files are not confined, the kernel has no Landlock for us: %s",
            strerror(bad));
     return BD_ERR_OK;

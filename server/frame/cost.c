@@ -63,9 +63,9 @@ bool bd_cost_ms(const struct bd_report *report, double frame_ms,
                 const struct bd_param_list *better, double *out_ms)
 {
     struct bd_params was, is;
-    struct bd_fault fault;
-    if (bd_params_read(given, technique, &was, &fault) ||
-        bd_params_read(better, technique, &is, &fault))
+    struct bd_err_detail detail;
+    if (bd_params_read(given, technique, &was, &detail) ||
+        bd_params_read(better, technique, &is, &detail))
         return false;
     const double places = places_of(report, technique, &is) / places_of(report, technique, &was);
     *out_ms = frame_ms;

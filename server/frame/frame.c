@@ -89,7 +89,7 @@ static enum bd_err create_layers(struct bd_frame *frame, struct bd_tex *layers[B
             .width_px = frame->request->width_px,
             .height_px = frame->request->height_px,
         };
-        enum bd_err err = bd_tex_create(frame->context.gpu, &desc, &layers[l], frame->fault);
+        enum bd_err err = bd_tex_create(frame->context.gpu, &desc, &layers[l], frame->detail);
         if (err) return err;
     }
     return BD_ERR_OK;
@@ -119,7 +119,8 @@ static enum bd_err composite(struct bd_frame *frame, bool first, bool only,
     bd_gpu_pass_begin(frame->context.gpu, "composite");
     enum bd_err err = BD_ERR_OK;
     for (uint32_t l = 0; !err && l < BD_LAYER_COUNT; l++)
-        if (layers[l]) err = bd_composite_run(&frame->context, &inputs, l, layers[l], frame->fault);
+        if (layers[l])
+            err = bd_composite_run(&frame->context, &inputs, l, layers[l], frame->detail);
     bd_gpu_pass_end(frame->context.gpu);
     return err;
 }
@@ -223,7 +224,7 @@ static enum bd_err finish_sums(struct bd_frame *frame, const struct bd_frame_sum
         const struct bd_composite_sums inputs = {frame->scene, &frame->subject.viewpoint,
                                                  sums->layers[l], sums->count};
         if (layers[l])
-            err = bd_composite_finish(&frame->context, &inputs, l, layers[l], frame->fault);
+            err = bd_composite_finish(&frame->context, &inputs, l, layers[l], frame->detail);
     }
     bd_gpu_pass_end(frame->context.gpu);
     return err;
@@ -292,7 +293,7 @@ static enum bd_err read_band(struct bd_frame *frame, const struct bd_tex *tex,
     struct bd_readback *pending;
     bd_gpu_pass_begin(gpu, "readback");
     enum bd_err err = bd_gpu_readback_rows_start(gpu, tex, 0, band->first_row, band->row_count,
-                                                 &pending, frame->fault);
+                                                 &pending, frame->detail);
     bd_gpu_pass_end(gpu);
     if (err) return err;
     return bd_gpu_readback_finish(gpu, &pending, band->rgba,
@@ -340,7 +341,7 @@ static enum bd_err read_layers(struct bd_frame *frame, struct bd_tex *textures[B
         if (!textures[l]) continue;
         layers[l] = bd_image_create(width, height, bd_layer_channel_count((enum bd_layer)l));
         if (!layers[l])
-            err = bd_fault_set(frame->fault, BD_ERR_NO_MEMORY, "size", "no memory for a layer");
+            err = bd_err_set(frame->detail, BD_ERR_NO_MEMORY, "size", "no memory for a layer");
         if (!err) err = read_layer(frame, textures[l], rgba, layers[l]);
     }
     free(rgba);
@@ -465,12 +466,12 @@ enum bd_err bd_frame_render(struct bd_renderer *renderer, struct bd_scene *scene
                             const struct bd_frame_request *request,
                             enum bd_err (*should_stop)(void *user), void *user,
                             struct bd_image *layers[BD_LAYER_COUNT], struct bd_report *report,
-                            struct bd_fault *fault)
+                            struct bd_err_detail *detail)
 {
     uint64_t start_ns = bd_clock_ns();
     struct bd_gpu *gpu = renderer->gpu;
     struct bd_plan plan;
-    enum bd_err err = bd_plan_make(scene, request, &plan, report, fault);
+    enum bd_err err = bd_plan_make(scene, request, &plan, report, detail);
     report_device(report, gpu);
     if (!err) bd_plan_place(&plan, bd_gpu_caps(gpu)->software, report);
     if (err || request->plan_only) return err;
@@ -486,7 +487,7 @@ enum bd_err bd_frame_render(struct bd_renderer *renderer, struct bd_scene *scene
         .request = request,
         .plan = &plan,
         .report = report,
-        .fault = fault,
+        .detail = detail,
     };
     const struct bd_report planned = *report;
     BD_ASSERT(!renderer->frame);

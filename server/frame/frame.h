@@ -49,7 +49,7 @@ enum bd_err bd_frame_render(struct bd_renderer *renderer, struct bd_scene *scene
                             const struct bd_frame_request *request,
                             enum bd_err (*should_stop)(void *user), void *user,
                             struct bd_image *layers[BD_LAYER_COUNT], struct bd_report *report,
-                            struct bd_fault *fault);
+                            struct bd_err_detail *detail);
 
 // A frame set aside between two of its slices: what it has made stays on the device.
 struct bd_suspended_frame {

@@ -52,11 +52,11 @@ static void compare(const struct bd_subject *before, const struct bd_subject *af
 
 enum bd_err bd_invalidate(const struct bd_scene *before, const struct bd_scene *after,
                           const struct bd_frame_request *request, struct bd_invalidation *out,
-                          struct bd_fault *fault)
+                          struct bd_err_detail *detail)
 {
     struct side was, is;
     *out = (struct bd_invalidation){0};
-    enum bd_err err = bd_plan_make(after, request, &is.plan, &is.report, fault);
+    enum bd_err err = bd_plan_make(after, request, &is.plan, &is.report, detail);
     if (err) return err;
     const bool had_plan = !bd_plan_make(before, request, &was.plan, &was.report, NULL);
     is.subject = bd_subject_of(after, &is.plan, request);

@@ -23,6 +23,6 @@ struct bd_invalidation {
 BD_MUST_CHECK
 enum bd_err bd_invalidate(const struct bd_scene *before, const struct bd_scene *after,
                           const struct bd_frame_request *request, struct bd_invalidation *out,
-                          struct bd_fault *fault);
+                          struct bd_err_detail *detail);
 
 #endif

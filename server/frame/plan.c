@@ -388,13 +388,13 @@ static bool asks_rays(const struct bd_plan *plan)
 // --- the plan -------------------------------------------------------------------------------
 
 static enum bd_err find_camera(const struct bd_scene *scene, const char *name, int32_t *out,
-                               struct bd_fault *fault)
+                               struct bd_err_detail *detail)
 {
     *out = bd_scene_find_camera(scene, name);
     if (*out != BD_NONE) return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_USAGE, "camera",
-                        "%.63s: no such camera; the scene has %u, by index or by name", name,
-                        scene->placed_camera_count);
+    return bd_err_set(detail, BD_ERR_USAGE, "camera",
+                      "%.63s: no such camera; the scene has %u, by index or by name", name,
+                      scene->placed_camera_count);
 }
 
 static void flag_namesakes(const struct bd_scene *scene, const char *camera,
@@ -417,23 +417,24 @@ static bool anything_shines(const struct bd_scene *scene)
 // `auto` has no use for indirect light where no light is.
 static const struct bd_technique *technique_of(const struct bd_scene *scene,
                                                const struct bd_frame_request *request,
-                                               struct bd_fault *fault)
+                                               struct bd_err_detail *detail)
 {
     if (bd_technique_is_auto(request->technique) && !anything_shines(scene) &&
         bd_params_are_read(&request->params, &bd_technique_direct))
         return &bd_technique_direct;
-    return bd_technique_for(request->technique, &request->params, fault);
+    return bd_technique_for(request->technique, &request->params, detail);
 }
 
 enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_request *request,
-                         struct bd_plan *out, struct bd_report *report, struct bd_fault *fault)
+                         struct bd_plan *out, struct bd_report *report,
+                         struct bd_err_detail *detail)
 {
     memset(out, 0, sizeof *out);
     memset(report, 0, sizeof *report);
-    out->technique = technique_of(scene, request, fault);
+    out->technique = technique_of(scene, request, detail);
     if (!out->technique) return BD_ERR_USAGE;
-    enum bd_err err = bd_params_read(&request->params, out->technique, &out->params, fault);
-    if (!err) err = find_camera(scene, request->camera, &out->camera, fault);
+    enum bd_err err = bd_params_read(&request->params, out->technique, &out->params, detail);
+    if (!err) err = find_camera(scene, request->camera, &out->camera, detail);
     if (err) return err;
 
     const struct bd_features *f = &scene->features;

@@ -66,7 +66,8 @@ struct bd_plan {
 // is omitted, flags of the scene and of what the technique cannot honour.
 BD_MUST_CHECK
 enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_request *request,
-                         struct bd_plan *out, struct bd_report *report, struct bd_fault *fault);
+                         struct bd_plan *out, struct bd_report *report,
+                         struct bd_err_detail *detail);
 
 // Triangles of a scene up to which they are drawn, however few samples there are: that takes a
 // software device less than a tenth of a second.

@@ -100,6 +100,7 @@ bool bd_frame_request_is_checked(const struct bd_frame_request *request);
 // The checks that need no scene. Names the field and the limit.
 BD_MUST_CHECK
 enum bd_err bd_frame_request_check(const struct bd_frame_request *request,
-                                   const struct bd_frame_limits *limits, struct bd_fault *fault);
+                                   const struct bd_frame_limits *limits,
+                                   struct bd_err_detail *detail);
 
 #endif

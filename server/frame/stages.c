@@ -89,7 +89,7 @@ enum bd_err bd_stage_upload(struct bd_frame *frame)
     if (!frame->scene) {
         bd_slicer_work(&renderer->slicer, "upload");
         enum bd_err err =
-            bd_gpu_scene_create(&renderer->uploader, frame->snapshot, &frame->scene, frame->fault);
+            bd_gpu_scene_create(&renderer->uploader, frame->snapshot, &frame->scene, frame->detail);
         if (err) return err;
         bd_memo_store(renderer->memo, key, frame->scene, bd_gpu_scene_own_bytes(frame->scene),
                       destroy_scene);

@@ -53,7 +53,7 @@ struct bd_frame {
     const struct bd_frame_request *request;
     const struct bd_plan *plan;
     struct bd_report *report;
-    struct bd_fault *fault;
+    struct bd_err_detail *detail;
 
     bool is_camera_side; // of a light's otherwise
     bool anew;           // what earlier frames made is not taken over; set side by side

@@ -21,7 +21,7 @@ enum bd_err bd_run_gbuffer(struct bd_frame *frame, struct bd_frame_light *light)
         .emission = frame->plan->emission,
         .tracer = bd_stage_tracer(frame, (uint64_t)viewpoint->width_px * viewpoint->height_px),
     };
-    return bd_gbuffer_render(&frame->context, &inputs, &frame->made.gbuffer, frame->fault);
+    return bd_gbuffer_render(&frame->context, &inputs, &frame->made.gbuffer, frame->detail);
 }
 
 enum bd_err bd_run_direct(struct bd_frame *frame, struct bd_frame_light *light)
@@ -41,7 +41,7 @@ enum bd_err bd_run_direct(struct bd_frame *frame, struct bd_frame_light *light)
         .light_count = subject->light_count,
         .lambert = frame->plan->params.lambert,
     };
-    enum bd_err err = bd_direct_run(&frame->context, &inputs, &frame->made.direct, frame->fault);
+    enum bd_err err = bd_direct_run(&frame->context, &inputs, &frame->made.direct, frame->detail);
     free(lights);
     return err;
 }
@@ -90,7 +90,7 @@ enum bd_err bd_run_area_light(struct bd_frame *frame, struct bd_frame_light *lig
         .lambert = plan->params.lambert,
         .filtered = plan->params.noise_filter,
     };
-    return bd_area_direct_run(&frame->context, &inputs, &frame->made.area_light, frame->fault);
+    return bd_area_direct_run(&frame->context, &inputs, &frame->made.area_light, frame->detail);
 }
 
 static struct bd_discontinuity_inputs discontinuity_inputs(const struct bd_frame *frame)
@@ -120,7 +120,8 @@ enum bd_err bd_run_discontinuity(struct bd_frame *frame, struct bd_frame_light *
 {
     (void)light;
     const struct bd_discontinuity_inputs inputs = discontinuity_inputs(frame);
-    return bd_discontinuity_run(&frame->context, &inputs, &frame->made.discontinuity, frame->fault);
+    return bd_discontinuity_run(&frame->context, &inputs, &frame->made.discontinuity,
+                                frame->detail);
 }
 
 enum bd_err bd_run_fragments(struct bd_frame *frame, struct bd_frame_light *light)
@@ -128,7 +129,7 @@ enum bd_err bd_run_fragments(struct bd_frame *frame, struct bd_frame_light *ligh
     (void)light;
     const struct bd_discontinuity_inputs inputs = discontinuity_inputs(frame);
     return bd_fragments_run(&frame->context, &inputs, frame->made.discontinuity,
-                            BD_REFINEMENT_ONE_PASS, &frame->made.fragments, frame->fault);
+                            BD_REFINEMENT_ONE_PASS, &frame->made.fragments, frame->detail);
 }
 
 enum bd_err bd_run_surfaces(struct bd_frame *frame, struct bd_frame_light *light)
@@ -136,7 +137,7 @@ enum bd_err bd_run_surfaces(struct bd_frame *frame, struct bd_frame_light *light
     (void)light;
     const struct bd_discontinuity_inputs inputs = discontinuity_inputs(frame);
     return bd_surfaces_run(&frame->context, &inputs, frame->made.discontinuity,
-                           &frame->made.surfaces, frame->fault);
+                           &frame->made.surfaces, frame->detail);
 }
 
 // Calls `run` with what a technique is given of the frame.
@@ -192,7 +193,7 @@ static enum bd_err light_indirectly(struct bd_frame *frame,
                                     const struct bd_technique_inputs *inputs)
 {
     return frame->plan->technique->indirect(&frame->context, inputs, &frame->made.indirect,
-                                            frame->fault);
+                                            frame->detail);
 }
 
 static enum bd_err share_light(struct bd_frame *frame, const struct bd_technique_inputs *inputs)
@@ -200,7 +201,7 @@ static enum bd_err share_light(struct bd_frame *frame, const struct bd_technique
     const struct bd_first_sub_frame first = {&frame->first.viewpoint, frame->first.blocks,
                                              frame->first.gbuffer, frame->first.indirect};
     return bd_sub_frame_light(&frame->context, frame->plan->technique, inputs, &first,
-                              &frame->made.indirect, frame->fault);
+                              &frame->made.indirect, frame->detail);
 }
 
 enum bd_err bd_run_indirect(struct bd_frame *frame, struct bd_frame_light *light)

@@ -19,7 +19,7 @@ enum bd_err bd_run_shadow_map(struct bd_frame *frame, struct bd_frame_light *lig
     const struct bd_tracer *tracer =
         bd_stage_tracer(frame, bd_light_setup_texels(&light->setup, side));
     return bd_shadow_map_render(&frame->context, frame->scene, &light->setup, side, tracer,
-                                &light->shadow_map, frame->fault);
+                                &light->shadow_map, frame->detail);
 }
 
 // What a moved light keeps, and one whose scene changes: no pass of its own. Six faces of 256 take
@@ -39,7 +39,7 @@ static enum bd_err find_weights(struct bd_frame *frame, struct bd_rsm_inputs *in
     inputs->weights = bd_memo_find(memo, key);
     if (inputs->weights) return BD_ERR_OK;
     enum bd_err err =
-        bd_rsm_weight_map_create(&frame->context, inputs, &inputs->weights, frame->fault);
+        bd_rsm_weight_map_create(&frame->context, inputs, &inputs->weights, frame->detail);
     if (err) return err;
     bd_memo_store(memo, key, inputs->weights, bd_tex_bytes(inputs->weights->tex), release_weights);
     return BD_ERR_OK;
@@ -57,7 +57,7 @@ enum bd_err bd_run_rsm(struct bd_frame *frame, struct bd_frame_light *light)
         .tracer = bd_stage_tracer(frame, bd_light_setup_texels(&light->setup, light->rsm_size)),
     };
     enum bd_err err = find_weights(frame, &inputs);
-    return err ? err : bd_rsm_render(&frame->context, &inputs, &light->rsm, frame->fault);
+    return err ? err : bd_rsm_render(&frame->context, &inputs, &light->rsm, frame->detail);
 }
 
 enum bd_err bd_run_vpl_grid(struct bd_frame *frame, struct bd_frame_light *light)
@@ -71,7 +71,7 @@ enum bd_err bd_run_vpl_grid(struct bd_frame *frame, struct bd_frame_light *light
         .kernel = (enum bd_vpl_kernel)params->vpl_kernel,
         .near_field = params->near_field,
     };
-    return bd_vpl_grid_run(&frame->context, &inputs, &light->vpls, frame->fault);
+    return bd_vpl_grid_run(&frame->context, &inputs, &light->vpls, frame->detail);
 }
 
 static struct bd_vpl_clusters_inputs
@@ -106,7 +106,8 @@ enum bd_err bd_run_vpl_clusters(struct bd_frame *frame, struct bd_frame_light *l
     uint32_t levels = frame->plan->params.cluster_levels;
     for (;; levels--) {
         const struct bd_vpl_clusters_inputs inputs = clusters_inputs(frame, light, levels);
-        enum bd_err err = bd_vpl_clusters_run(&frame->context, &inputs, &light->vpls, frame->fault);
+        enum bd_err err =
+            bd_vpl_clusters_run(&frame->context, &inputs, &light->vpls, frame->detail);
         const uint32_t most = light->clusters_most;
         if (err || most == 0 || light->vpls->count <= most || levels == 0) return err;
         bd_vpl_list_destroy(frame->renderer->gpu, &light->vpls);
@@ -118,7 +119,7 @@ enum bd_err bd_run_emitters(struct bd_frame *frame, struct bd_frame_light *light
     (void)light;
     bd_slicer_work(frame->context.slicer, "emitters");
     return bd_area_lights_create(frame->snapshot, bd_slicer_pause, frame->context.slicer,
-                                 &frame->emitters, frame->fault);
+                                 &frame->emitters, frame->detail);
 }
 
 enum bd_err bd_run_vpl_tree(struct bd_frame *frame, struct bd_frame_light *light)
@@ -131,7 +132,7 @@ enum bd_err bd_run_vpl_tree(struct bd_frame *frame, struct bd_frame_light *light
         .light = &light->setup,
         .space = &frame->scene->space,
     };
-    return bd_vpl_tree_run(&frame->context, &inputs, &light->tree, frame->fault);
+    return bd_vpl_tree_run(&frame->context, &inputs, &light->tree, frame->detail);
 }
 
 struct bd_light_uniform *bd_stage_punctuals(const struct bd_frame *frame)
@@ -150,7 +151,7 @@ enum bd_err bd_run_lamps(struct bd_frame *frame, struct bd_frame_light *light)
     bd_slicer_work(frame->context.slicer, "emitters");
     return bd_punctual_tree_create(bd_stage_punctuals(frame), frame->subject.light_count,
                                    bd_slicer_pause, frame->context.slicer, &frame->lamps,
-                                   frame->fault);
+                                   frame->detail);
 }
 
 // On the way to a place that is seen, or to one that a final gather's rays meet.
@@ -187,7 +188,7 @@ enum bd_err bd_run_light_paths(struct bd_frame *frame, struct bd_frame_light *li
         .root_side = bd_plan_light_path_root_side(plan),
     };
     const enum bd_err err =
-        bd_light_paths_run(&frame->context, &inputs, &frame->light_paths, frame->fault);
+        bd_light_paths_run(&frame->context, &inputs, &frame->light_paths, frame->detail);
     free(punctuals);
     return err;
 }
@@ -233,7 +234,7 @@ enum bd_err bd_run_vpl_order(struct bd_frame *frame, struct bd_frame_light *ligh
     const uint32_t count = bd_stage_lists(frame, lists);
     enum bd_err err =
         bd_vpl_order_run(&frame->context, lists, count, (float)frame->scene->space.radius, false,
-                         &frame->order, frame->fault);
+                         &frame->order, frame->detail);
     free(lists);
     return err;
 }

@@ -17,7 +17,7 @@ struct building {
     uint64_t device_bytes_max;     // of a buffer; 0: the processor is to be asked
     struct bd_ray_nodes *nodes;    // either
     struct bd_rays *rays;
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     enum bd_err err;
     _Atomic bool stops;
     pthread_mutex_t mutex;
@@ -37,14 +37,14 @@ static enum bd_err build_either(struct building *building)
         .repeated_max = BD_RAYS_REPEATED_MAX, .should_stop = should_stop, .user = building};
     if (building->device_bytes_max > 0) {
         const enum bd_err err = bd_ray_nodes_create(
-            building->scene, &how, building->device_bytes_max, &building->nodes, &building->fault);
+            building->scene, &how, building->device_bytes_max, &building->nodes, &building->detail);
         if (err != BD_ERR_UNSUPPORTED) return err;
-        building->fault = (struct bd_fault){0};
+        building->detail = (struct bd_err_detail){0};
     }
     return building->earlier
                ? bd_rays_follow(building->earlier, building->scene, &how, &building->rays,
-                                &building->fault)
-               : bd_rays_create(building->scene, &how, &building->rays, &building->fault);
+                                &building->detail)
+               : bd_rays_create(building->scene, &how, &building->rays, &building->detail);
 }
 
 static void *build(void *user)
@@ -96,11 +96,11 @@ static enum bd_err build_apart(struct bd_frame *frame, struct building *building
     pthread_t thread;
     bd_slicer_work(frame->context.slicer, "bvh");
     if (pthread_create(&thread, NULL, build, building))
-        return bd_fault_set(frame->fault, BD_ERR_NO_MEMORY, "rays", "no thread to build on");
+        return bd_err_set(frame->detail, BD_ERR_NO_MEMORY, "rays", "no thread to build on");
     enum bd_err err = wait_for(building, frame->context.slicer);
     pthread_join(thread, NULL);
     if (err || !building->err) return err;
-    *frame->fault = building->fault;
+    *frame->detail = building->detail;
     return building->err;
 }
 
@@ -132,7 +132,8 @@ enum bd_err bd_run_rays(struct bd_frame *frame, struct bd_frame_light *light)
     if (!err && building.rays && earlier && bd_rays_share(building.rays, earlier->rays))
         frame->rests_on = earlier_key;
     if (!err && building.nodes)
-        err = bd_occluders_upload(&frame->context, building.nodes, &frame->occluders, frame->fault);
+        err =
+            bd_occluders_upload(&frame->context, building.nodes, &frame->occluders, frame->detail);
     else if (!err)
         frame->occluders = bd_occluders_of_rays(&building.rays);
     bd_ray_nodes_destroy(&building.nodes);

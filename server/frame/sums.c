@@ -46,7 +46,7 @@ static enum bd_err create_sums(struct bd_frame *frame, struct bd_frame_sums **ou
             .height_px = frame->request->height_px,
         };
         if (l == BD_LAYER_BEAUTY || (frame->plan->layers >> l & 1))
-            err = bd_tex_create(frame->context.gpu, &desc, &sums->layers[l], frame->fault);
+            err = bd_tex_create(frame->context.gpu, &desc, &sums->layers[l], frame->detail);
     }
     return err;
 }

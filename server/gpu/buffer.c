@@ -55,20 +55,20 @@ static bool make_buffer(struct bd_gpu *gpu, struct bd_buf *buf, size_t padded, e
 
 static enum bd_err create(struct bd_gpu *gpu, const char *name, size_t size_bytes,
                           enum content content, const void *initial, struct bd_buf **out,
-                          struct bd_fault *fault)
+                          struct bd_err_detail *detail)
 {
     BD_ASSERT_CMP(size_bytes, >, 0);
     *out = NULL;
     size_t padded = padded_bytes(gpu, size_bytes);
-    enum bd_err err = bd_gpu_reserve(gpu, name, padded, fault);
+    enum bd_err err = bd_gpu_reserve(gpu, name, padded, detail);
     if (err) return err;
     struct bd_buf *buf = calloc(1, sizeof *buf);
     if (buf) *buf = (struct bd_buf){.name = name, .size_bytes = size_bytes};
     if (!buf || !make_buffer(gpu, buf, padded, content, initial)) {
         free(buf);
         bd_gpu_release(gpu, padded);
-        return bd_fault_set(fault, bd_gpu_why_not_made(gpu), name,
-                            "the device has no %zu KiB for buffer %s", padded >> 10, name);
+        return bd_err_set(detail, bd_gpu_why_not_made(gpu), name,
+                          "the device has no %zu KiB for buffer %s", padded >> 10, name);
     }
     glObjectLabel(GL_BUFFER, buf->id, -1, name);
     *out = buf;
@@ -76,16 +76,16 @@ static enum bd_err create(struct bd_gpu *gpu, const char *name, size_t size_byte
 }
 
 enum bd_err bd_buf_create(struct bd_gpu *gpu, const char *name, size_t size_bytes,
-                          const void *initial, struct bd_buf **out, struct bd_fault *fault)
+                          const void *initial, struct bd_buf **out, struct bd_err_detail *detail)
 {
     return create(gpu, name, size_bytes, initial ? CONTENT_GIVEN : CONTENT_ZERO, initial, out,
-                  fault);
+                  detail);
 }
 
 enum bd_err bd_buf_create_unset(struct bd_gpu *gpu, const char *name, size_t size_bytes,
-                                struct bd_buf **out, struct bd_fault *fault)
+                                struct bd_buf **out, struct bd_err_detail *detail)
 {
-    return create(gpu, name, size_bytes, CONTENT_UNSET, NULL, out, fault);
+    return create(gpu, name, size_bytes, CONTENT_UNSET, NULL, out, detail);
 }
 
 void bd_buf_destroy(struct bd_gpu *gpu, struct bd_buf **buf)
@@ -136,7 +136,7 @@ enum bd_err bd_buf_read(struct bd_gpu *gpu, const struct bd_buf *buf, size_t off
 }
 
 enum bd_err bd_buf_borrow(struct bd_gpu *gpu, struct bd_buf *buf, enum bd_borrow how, void **bytes,
-                          struct bd_fault *fault)
+                          struct bd_err_detail *detail)
 {
     if (buf->bytes) {
         glMemoryBarrier(GL_CLIENT_MAPPED_BUFFER_BARRIER_BIT);
@@ -146,9 +146,9 @@ enum bd_err bd_buf_borrow(struct bd_gpu *gpu, struct bd_buf *buf, enum bd_borrow
     }
     *bytes = malloc(buf->size_bytes);
     if (!*bytes)
-        return bd_fault_set(fault, BD_ERR_NO_MEMORY, buf->name,
-                            "no memory for a copy of %zu KiB of buffer %s", buf->size_bytes >> 10,
-                            buf->name);
+        return bd_err_set(detail, BD_ERR_NO_MEMORY, buf->name,
+                          "no memory for a copy of %zu KiB of buffer %s", buf->size_bytes >> 10,
+                          buf->name);
     return how == BD_BORROW_TO_READ ? bd_buf_read(gpu, buf, 0, *bytes, buf->size_bytes) : BD_ERR_OK;
 }
 

@@ -100,18 +100,18 @@ enum bd_err bd_gpu_wait(struct bd_gpu *gpu)
 // --- memory -------------------------------------------------------------------------------
 
 enum bd_err bd_gpu_reserve(struct bd_gpu *gpu, const char *name, uint64_t size_bytes,
-                           struct bd_fault *fault)
+                           struct bd_err_detail *detail)
 {
     struct bd_gpu_memory *memory = &gpu->memory;
     bool fits =
         memory->limit_bytes == 0 || (memory->used_bytes <= memory->limit_bytes &&
                                      size_bytes <= memory->limit_bytes - memory->used_bytes);
     if (!fits)
-        return bd_fault_set(
-            fault, BD_ERR_NO_MEMORY, "gpu_memory",
-            "%s needs %.1f MiB of GPU memory; %.1f of the %.1f MiB allowed are used", name,
-            (double)size_bytes / 1048576.0, (double)memory->used_bytes / 1048576.0,
-            (double)memory->limit_bytes / 1048576.0);
+        return bd_err_set(detail, BD_ERR_NO_MEMORY, "gpu_memory",
+                          "%s needs %.1f MiB of GPU memory; %.1f of the %.1f MiB allowed are used",
+                          name, (double)size_bytes / 1048576.0,
+                          (double)memory->used_bytes / 1048576.0,
+                          (double)memory->limit_bytes / 1048576.0);
     memory->used_bytes += size_bytes;
     if (memory->used_bytes > memory->peak_bytes) memory->peak_bytes = memory->used_bytes;
     return BD_ERR_OK;
@@ -198,7 +198,7 @@ static void set_fixed_state(void)
     glDisable(GL_DITHER);
 }
 
-static enum bd_err make_objects(struct bd_gpu *gpu, struct bd_fault *fault)
+static enum bd_err make_objects(struct bd_gpu *gpu, struct bd_err_detail *detail)
 {
     static const uint8_t zeroes[64 * 1024];
     glCreateVertexArrays(1, &gpu->vertex_array);
@@ -207,10 +207,10 @@ static enum bd_err make_objects(struct bd_gpu *gpu, struct bd_fault *fault)
     glNamedBufferStorage(gpu->zero_buffer, sizeof zeroes, zeroes, 0);
     glCreateBuffers(1, &gpu->scratch_buffer);
     glNamedBufferStorage(gpu->scratch_buffer, sizeof zeroes, zeroes, GL_DYNAMIC_STORAGE_BIT);
-    enum bd_err err = bd_uniform_ring_init(gpu, fault);
+    enum bd_err err = bd_uniform_ring_init(gpu, detail);
     if (err) return err;
     if (bd_gpu_take_error() == GL_NO_ERROR) return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_DEVICE, "device", "%s does not work", gpu->caps.name);
+    return bd_err_set(detail, BD_ERR_DEVICE, "device", "%s does not work", gpu->caps.name);
 }
 
 static void destroy_objects(struct bd_gpu *gpu)
@@ -226,7 +226,7 @@ static void destroy_objects(struct bd_gpu *gpu)
 }
 
 enum bd_err bd_gpu_create(const struct bd_gpu_options *options, struct bd_gpu **out,
-                          struct bd_fault *fault)
+                          struct bd_err_detail *detail)
 {
     *out = NULL;
     struct bd_gpu *gpu = calloc(1, sizeof *gpu);
@@ -234,7 +234,7 @@ enum bd_err bd_gpu_create(const struct bd_gpu_options *options, struct bd_gpu **
     bd_shader_cache_prepare(options->cache_directory, options->disk_reserve_bytes);
     // Read when Mesa is loaded; its cache keeps such code apart.
     if (options->quick_code) setenv("GALLIVM_PERF", "nopt", 0);
-    enum bd_err err = bd_choose(options->device, options->debug, &gpu->egl, fault);
+    enum bd_err err = bd_choose(options->device, options->debug, &gpu->egl, detail);
     if (err) goto free_gpu;
     gpu->memory.limit_bytes = options->memory_limit_bytes;
     gpu->lose_after_waits = options->lose_after_waits;
@@ -242,7 +242,7 @@ enum bd_err bd_gpu_create(const struct bd_gpu_options *options, struct bd_gpu **
     gpu->arrays_are_textures = gpu->caps.software;
     start_debug(options->debug);
     set_fixed_state();
-    err = make_objects(gpu, fault);
+    err = make_objects(gpu, detail);
     if (err) goto close_egl;
     *out = gpu;
     return BD_ERR_OK;

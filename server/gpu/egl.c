@@ -27,11 +27,11 @@ static bool load(const char *name)
 }
 
 // libepoxy ends the process if it finds no library, so look first.
-static bool load_libraries(struct bd_fault *fault)
+static bool load_libraries(struct bd_err_detail *detail)
 {
     if (load("libEGL.so.1") && (load("libOpenGL.so.0") || load("libGL.so.1"))) return true;
-    bd_fault_set(fault, BD_ERR_DEVICE, "device",
-                 "no libEGL.so.1 with libOpenGL.so.0 or libGL.so.1 on this machine");
+    bd_err_set(detail, BD_ERR_DEVICE, "device",
+               "no libEGL.so.1 with libOpenGL.so.0 or libGL.so.1 on this machine");
     return false;
 }
 
@@ -42,9 +42,9 @@ static bool is_software(EGLDeviceEXT device)
 }
 
 uint32_t bd_egl_candidates(struct bd_egl_candidate out[BD_EGL_CANDIDATE_MAX],
-                           struct bd_fault *fault)
+                           struct bd_err_detail *detail)
 {
-    if (!load_libraries(fault)) return 0;
+    if (!load_libraries(detail)) return 0;
     uint32_t count = 0;
     if (epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_device_enumeration") &&
         epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_device_query") &&
@@ -58,8 +58,8 @@ uint32_t bd_egl_candidates(struct bd_egl_candidate out[BD_EGL_CANDIDATE_MAX],
     if (epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_MESA_platform_surfaceless"))
         out[count++] = (struct bd_egl_candidate){0};
     if (count == 0)
-        bd_fault_set(fault, BD_ERR_DEVICE, "device",
-                     "EGL offers neither devices nor the surfaceless platform");
+        bd_err_set(detail, BD_ERR_DEVICE, "device",
+                   "EGL offers neither devices nor the surfaceless platform");
     return count;
 }
 
@@ -103,35 +103,35 @@ static EGLContext create_context(EGLDisplay display, bool robust, bool debug)
 }
 
 static enum bd_err open_on_display(EGLDisplay display, bool debug, EGLContext *out,
-                                   struct bd_fault *fault)
+                                   struct bd_err_detail *detail)
 {
     if (!epoxy_has_egl_extension(display, "EGL_KHR_surfaceless_context"))
-        return bd_fault_set(fault, BD_ERR_DEVICE, "device", "no contexts without a surface");
+        return bd_err_set(detail, BD_ERR_DEVICE, "device", "no contexts without a surface");
     if (!eglBindAPI(EGL_OPENGL_API))
-        return bd_fault_set(fault, BD_ERR_DEVICE, "device", "EGL without desktop OpenGL");
+        return bd_err_set(detail, BD_ERR_DEVICE, "device", "EGL without desktop OpenGL");
     EGLContext context = create_context(display, true, debug);
     if (!context) context = create_context(display, false, debug);
     if (!context)
-        return bd_fault_set(fault, BD_ERR_DEVICE, "device",
-                            "no OpenGL 4.5 core context (EGL error 0x%04x)", eglGetError());
+        return bd_err_set(detail, BD_ERR_DEVICE, "device",
+                          "no OpenGL 4.5 core context (EGL error 0x%04x)", eglGetError());
     if (!eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, context)) {
         eglDestroyContext(display, context);
-        return bd_fault_set(fault, BD_ERR_DEVICE, "device",
-                            "the context cannot be made current (EGL error 0x%04x)", eglGetError());
+        return bd_err_set(detail, BD_ERR_DEVICE, "device",
+                          "the context cannot be made current (EGL error 0x%04x)", eglGetError());
     }
     *out = context;
     return BD_ERR_OK;
 }
 
 enum bd_err bd_egl_open(const struct bd_egl_candidate *candidate, bool debug, struct bd_egl *out,
-                        struct bd_fault *fault)
+                        struct bd_err_detail *detail)
 {
     *out = (struct bd_egl){0};
     EGLDisplay display = display_of(candidate);
     if (!display || !eglInitialize(display, NULL, NULL))
-        return bd_fault_set(fault, BD_ERR_DEVICE, "device", "EGL does not start on it");
+        return bd_err_set(detail, BD_ERR_DEVICE, "device", "EGL does not start on it");
     EGLContext context = EGL_NO_CONTEXT;
-    enum bd_err err = open_on_display(display, debug, &context, fault);
+    enum bd_err err = open_on_display(display, debug, &context, detail);
     if (err) return err;
     *out = (struct bd_egl){display, context};
     return BD_ERR_OK;

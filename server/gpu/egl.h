@@ -27,15 +27,15 @@ struct bd_egl {
     EGLContext context;
 };
 
-// Finds libEGL and what it offers. Returns the count; 0, with a fault, where there is none.
+// Finds libEGL and what it offers. Returns the count; 0, with an error, where there is none.
 uint32_t bd_egl_candidates(struct bd_egl_candidate out[BD_EGL_CANDIDATE_MAX],
-                           struct bd_fault *fault);
+                           struct bd_err_detail *detail);
 
 // Makes an OpenGL 4.5 core context and makes it current on this thread; with reset notification
 // and robust access where the driver has them.
 BD_MUST_CHECK
 enum bd_err bd_egl_open(const struct bd_egl_candidate *candidate, bool debug, struct bd_egl *out,
-                        struct bd_fault *fault);
+                        struct bd_err_detail *detail);
 // Ends the context; takes one that was never opened.
 void bd_egl_close(struct bd_egl *egl);
 

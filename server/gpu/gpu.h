@@ -53,7 +53,7 @@ struct bd_gpu_caps {
 
 BD_MUST_CHECK
 enum bd_err bd_gpu_create(const struct bd_gpu_options *options, struct bd_gpu **out,
-                          struct bd_fault *fault);
+                          struct bd_err_detail *detail);
 // Everything made from the device must have been destroyed before.
 void bd_gpu_destroy(struct bd_gpu **gpu);
 const struct bd_gpu_caps *bd_gpu_caps(const struct bd_gpu *gpu);
@@ -101,7 +101,7 @@ struct bd_tex_desc {
 
 BD_MUST_CHECK
 enum bd_err bd_tex_create(struct bd_gpu *gpu, const struct bd_tex_desc *desc, struct bd_tex **out,
-                          struct bd_fault *fault);
+                          struct bd_err_detail *detail);
 void bd_tex_destroy(struct bd_gpu *gpu, struct bd_tex **tex); // takes NULL
 const struct bd_tex_desc *bd_tex_desc(const struct bd_tex *tex);
 uint64_t bd_tex_bytes(const struct bd_tex *tex);
@@ -120,12 +120,12 @@ void bd_tex_clear(struct bd_gpu *gpu, struct bd_tex *tex, const float value[4]);
 
 BD_MUST_CHECK
 enum bd_err bd_buf_create(struct bd_gpu *gpu, const char *name, size_t size_bytes,
-                          const void *initial, struct bd_buf **out, struct bd_fault *fault);
+                          const void *initial, struct bd_buf **out, struct bd_err_detail *detail);
 // Without clearing it, which takes its time for a hundred megabytes: every byte that is read must
 // have been written first.
 BD_MUST_CHECK
 enum bd_err bd_buf_create_unset(struct bd_gpu *gpu, const char *name, size_t size_bytes,
-                                struct bd_buf **out, struct bd_fault *fault);
+                                struct bd_buf **out, struct bd_err_detail *detail);
 void bd_buf_destroy(struct bd_gpu *gpu, struct bd_buf **buf); // takes NULL
 size_t bd_buf_size_bytes(const struct bd_buf *buf);
 void bd_buf_upload(struct bd_gpu *gpu, struct bd_buf *buf, size_t offset, const void *bytes,
@@ -140,7 +140,7 @@ void bd_buf_clear(struct bd_gpu *gpu, struct bd_buf *buf); // to zero
 enum bd_borrow { BD_BORROW_TO_READ, BD_BORROW_TO_WRITE };
 BD_MUST_CHECK
 enum bd_err bd_buf_borrow(struct bd_gpu *gpu, struct bd_buf *buf, enum bd_borrow how, void **bytes,
-                          struct bd_fault *fault);
+                          struct bd_err_detail *detail);
 void bd_buf_return(struct bd_gpu *gpu, struct bd_buf *buf, enum bd_borrow how, void **bytes);
 
 // --- programs -----------------------------------------------------------------------------
@@ -175,7 +175,7 @@ struct bd_program_source {
 // to end when all its uniforms are zero.
 BD_MUST_CHECK
 enum bd_err bd_program_get(struct bd_gpu *gpu, const struct bd_program_source *source,
-                           struct bd_program **out, struct bd_fault *fault);
+                           struct bd_program **out, struct bd_err_detail *detail);
 // Work-group size of a compute program, as its source declares it.
 void bd_program_group_size(const struct bd_program *program, uint32_t out[3]);
 // Since the device was made: number of programs, and milliseconds spent on them.
@@ -343,12 +343,12 @@ uint32_t bd_gpu_take_pass_times(struct bd_gpu *gpu, struct bd_gpu_pass_time *out
 struct bd_readback;
 BD_MUST_CHECK
 enum bd_err bd_gpu_readback_start(struct bd_gpu *gpu, const struct bd_tex *tex, uint32_t layer,
-                                  struct bd_readback **out, struct bd_fault *fault);
+                                  struct bd_readback **out, struct bd_err_detail *detail);
 // The same of some rows.
 BD_MUST_CHECK
 enum bd_err bd_gpu_readback_rows_start(struct bd_gpu *gpu, const struct bd_tex *tex, uint32_t layer,
                                        uint32_t first_row, uint32_t row_count,
-                                       struct bd_readback **out, struct bd_fault *fault);
+                                       struct bd_readback **out, struct bd_err_detail *detail);
 // Waits for it and copies `size_bytes` (the tightly packed rows in the texture's own format)
 // to `bytes`; destroys the readback either way.
 BD_MUST_CHECK

@@ -88,7 +88,7 @@ struct bd_uniform_ring {
 };
 
 BD_MUST_CHECK
-enum bd_err bd_uniform_ring_init(struct bd_gpu *gpu, struct bd_fault *fault);
+enum bd_err bd_uniform_ring_init(struct bd_gpu *gpu, struct bd_err_detail *detail);
 void bd_uniform_ring_finish(struct bd_gpu *gpu);
 // Copies the bytes and binds them as uniform block `index`.
 void bd_uniform_bind(struct bd_gpu *gpu, uint32_t index, const void *bytes, size_t size_bytes);
@@ -149,7 +149,8 @@ void bd_timers_add_compile(struct bd_gpu *gpu, double ms);
 
 // Opens the device that `device` asks for (choose.c).
 BD_MUST_CHECK
-enum bd_err bd_choose(const char *device, bool debug, struct bd_egl *out, struct bd_fault *fault);
+enum bd_err bd_choose(const char *device, bool debug, struct bd_egl *out,
+                      struct bd_err_detail *detail);
 // Of the context that is current (caps.c).
 bool bd_is_software_renderer(const char *renderer);
 void bd_read_caps(struct bd_gpu_caps *caps);
@@ -203,7 +204,7 @@ enum bd_err bd_gpu_why_not_made(struct bd_gpu *gpu);
 // Room in the budget for `size_bytes` more, or BD_ERR_NO_MEMORY with the sizes in words.
 BD_MUST_CHECK
 enum bd_err bd_gpu_reserve(struct bd_gpu *gpu, const char *name, uint64_t size_bytes,
-                           struct bd_fault *fault);
+                           struct bd_err_detail *detail);
 void bd_gpu_release(struct bd_gpu *gpu, uint64_t size_bytes);
 
 #endif

@@ -10,7 +10,7 @@
 
 struct listed {
     bool works;
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     struct bd_gpu_caps caps;
     struct bd_identity identity;
 };
@@ -19,7 +19,7 @@ static void look_at(const struct bd_egl_candidate *candidate, struct listed *out
 {
     struct bd_egl egl;
     *out = (struct listed){0};
-    out->works = bd_egl_open(candidate, false, &egl, &out->fault) == BD_ERR_OK;
+    out->works = bd_egl_open(candidate, false, &egl, &out->detail) == BD_ERR_OK;
     if (!out->works) return;
     bd_read_caps(&out->caps);
     bd_identify(candidate, &out->identity);
@@ -36,7 +36,7 @@ static json_t *as_json(uint32_t index, const struct listed *device)
     json_t *object = json_pack("{so}", "device", json_sprintf("egl:%u", index));
     BD_ASSERT(object);
     if (!device->works) {
-        set_if(object, "error", device->fault.message);
+        set_if(object, "error", device->detail.message);
         return object;
     }
     set_if(object, "name", device->caps.name);
@@ -54,7 +54,7 @@ static void print_line(FILE *out, uint32_t index, const struct listed *device)
 {
     fprintf(out, "egl:%u  ", index);
     if (!device->works) {
-        fprintf(out, "does not work: %s\n", device->fault.message);
+        fprintf(out, "does not work: %s\n", device->detail.message);
         return;
     }
     fprintf(out, "%s  class %s  %s", device->caps.name, device->caps.device_class,
@@ -66,13 +66,14 @@ static void print_line(FILE *out, uint32_t index, const struct listed *device)
     fputc('\n', out);
 }
 
-static char *list_text(const struct listed *devices, uint32_t count, const struct bd_fault *fault)
+static char *list_text(const struct listed *devices, uint32_t count,
+                       const struct bd_err_detail *detail)
 {
     char *text = NULL;
     size_t size;
     FILE *out = open_memstream(&text, &size);
     BD_ASSERT(out);
-    if (count == 0) fprintf(out, "no device: %s\n", fault->message);
+    if (count == 0) fprintf(out, "no device: %s\n", detail->message);
     for (uint32_t i = 0; i < count; i++) print_line(out, i, &devices[i]);
     fclose(out);
     return text;
@@ -109,12 +110,12 @@ char *bd_gpu_list_devices(bool json)
 {
     struct bd_egl_candidate candidates[BD_EGL_CANDIDATE_MAX];
     struct listed devices[BD_EGL_CANDIDATE_MAX];
-    struct bd_fault fault = {0};
-    uint32_t count = bd_egl_candidates(candidates, &fault);
+    struct bd_err_detail detail = {0};
+    uint32_t count = bd_egl_candidates(candidates, &detail);
     if (count > 0) {
         struct current saved = save_current();
         for (uint32_t i = 0; i < count; i++) look_at(&candidates[i], &devices[i]);
         restore_current(&saved);
     }
-    return json ? list_json(devices, count) : list_text(devices, count, &fault);
+    return json ? list_json(devices, count) : list_text(devices, count, &detail);
 }

@@ -37,17 +37,16 @@ static struct bd_program *find_program(struct bd_gpu *gpu, const struct bd_progr
 }
 
 static enum bd_err refuse(const char *name, const struct bd_source *source, const char *log,
-                          struct bd_fault *fault)
+                          struct bd_err_detail *detail)
 {
     char named[4096];
     bd_source_name_files(source, log, named, sizeof named);
     bd_log(BD_LOG_ERROR, "gpu/program", "%s: %s", name, named);
-    return bd_fault_set(fault, BD_ERR_DEVICE, name, "the driver refuses shader %s: %s", name,
-                        named);
+    return bd_err_set(detail, BD_ERR_DEVICE, name, "the driver refuses shader %s: %s", name, named);
 }
 
 static enum bd_err compile_text(GLuint shader, const char *name, const struct bd_source *source,
-                                struct bd_fault *fault)
+                                struct bd_err_detail *detail)
 {
     const GLchar *text = source->text;
     glShaderSource(shader, 1, &text, NULL);
@@ -57,18 +56,18 @@ static enum bd_err compile_text(GLuint shader, const char *name, const struct bd
     if (ok) return BD_ERR_OK;
     char log[4096] = "";
     glGetShaderInfoLog(shader, sizeof log, NULL, log);
-    return refuse(name, source, log, fault);
+    return refuse(name, source, log, detail);
 }
 
 // Compiles one file and attaches it; the shader object dies with the program.
 static enum bd_err attach_shader(struct bd_gpu *gpu, GLuint program, GLenum stage, const char *name,
-                                 const struct bd_defines *defines, struct bd_fault *fault)
+                                 const struct bd_defines *defines, struct bd_err_detail *detail)
 {
     struct bd_source source;
-    enum bd_err err = bd_source_assemble(name, defines, gpu->arrays_are_textures, &source, fault);
+    enum bd_err err = bd_source_assemble(name, defines, gpu->arrays_are_textures, &source, detail);
     if (err) return err;
     GLuint shader = glCreateShader(stage);
-    err = compile_text(shader, name, &source, fault);
+    err = compile_text(shader, name, &source, detail);
     if (!err) glAttachShader(program, shader);
     glDeleteShader(shader);
     bd_source_finish(&source);
@@ -76,21 +75,21 @@ static enum bd_err attach_shader(struct bd_gpu *gpu, GLuint program, GLenum stag
 }
 
 static enum bd_err attach_shaders(struct bd_gpu *gpu, const struct bd_program *program,
-                                  struct bd_fault *fault)
+                                  struct bd_err_detail *detail)
 {
     const struct bd_program_source *source = &program->source;
     if (source->compute)
         return attach_shader(gpu, program->id, GL_COMPUTE_SHADER, source->compute, &source->defines,
-                             fault);
+                             detail);
     enum bd_err err =
-        attach_shader(gpu, program->id, GL_VERTEX_SHADER, source->vertex, &source->defines, fault);
+        attach_shader(gpu, program->id, GL_VERTEX_SHADER, source->vertex, &source->defines, detail);
     if (err) return err;
     return attach_shader(gpu, program->id, GL_FRAGMENT_SHADER, source->fragment, &source->defines,
-                         fault);
+                         detail);
 }
 
 static enum bd_err link_program(struct bd_program *program, const char *name,
-                                struct bd_fault *fault)
+                                struct bd_err_detail *detail)
 {
     glLinkProgram(program->id);
     GLint ok = 0;
@@ -98,7 +97,7 @@ static enum bd_err link_program(struct bd_program *program, const char *name,
     if (!ok) {
         char log[4096] = "";
         glGetProgramInfoLog(program->id, sizeof log, NULL, log);
-        return refuse(name, &(struct bd_source){0}, log, fault);
+        return refuse(name, &(struct bd_source){0}, log, detail);
     }
     glObjectLabel(GL_PROGRAM, program->id, -1, name);
     if (program->source.compute) {
@@ -126,16 +125,16 @@ static void destroy_program(struct bd_program *program)
 }
 
 static enum bd_err make_program(struct bd_gpu *gpu, const struct bd_program_source *source,
-                                struct bd_program **out, struct bd_fault *fault)
+                                struct bd_program **out, struct bd_err_detail *detail)
 {
     struct bd_program *program = calloc(1, sizeof *program);
     BD_ASSERT(program);
     program->source = *source;
     copy_names(&program->source);
     program->id = glCreateProgram();
-    enum bd_err err = attach_shaders(gpu, program, fault);
+    enum bd_err err = attach_shaders(gpu, program, detail);
     if (!err)
-        err = link_program(program, source->compute ? source->compute : source->fragment, fault);
+        err = link_program(program, source->compute ? source->compute : source->fragment, detail);
     if (err) {
         destroy_program(program);
         return err;
@@ -155,20 +154,20 @@ static void keep_program(struct bd_gpu *gpu, struct bd_program *program)
 }
 
 enum bd_err bd_program_get(struct bd_gpu *gpu, const struct bd_program_source *source,
-                           struct bd_program **out, struct bd_fault *fault)
+                           struct bd_program **out, struct bd_err_detail *detail)
 {
     BD_ASSERT(source->compute ? !source->vertex && !source->fragment
                               : source->vertex && source->fragment);
     *out = find_program(gpu, source);
     if (*out) return BD_ERR_OK;
     uint64_t start_ns = bd_clock_ns();
-    enum bd_err err = make_program(gpu, source, out, fault);
+    enum bd_err err = make_program(gpu, source, out, detail);
     bd_timers_add_compile(gpu, bd_ms_since(start_ns));
     bd_gpu_check(gpu, "bd_program_get");
     if (!err) keep_program(gpu, *out);
     // A lost context refuses everything.
     if (err && bd_gpu_why_not_made(gpu) == BD_ERR_DEVICE_LOST)
-        return bd_fault_set(fault, BD_ERR_DEVICE_LOST, "device", "lost while compiling");
+        return bd_err_set(detail, BD_ERR_DEVICE_LOST, "device", "lost while compiling");
     return err;
 }
 

@@ -40,14 +40,14 @@ static void destroy(struct bd_readback *readback)
 }
 
 enum bd_err bd_gpu_readback_start(struct bd_gpu *gpu, const struct bd_tex *tex, uint32_t layer,
-                                  struct bd_readback **out, struct bd_fault *fault)
+                                  struct bd_readback **out, struct bd_err_detail *detail)
 {
-    return bd_gpu_readback_rows_start(gpu, tex, layer, 0, tex->desc.height_px, out, fault);
+    return bd_gpu_readback_rows_start(gpu, tex, layer, 0, tex->desc.height_px, out, detail);
 }
 
 enum bd_err bd_gpu_readback_rows_start(struct bd_gpu *gpu, const struct bd_tex *tex, uint32_t layer,
                                        uint32_t first_row, uint32_t row_count,
-                                       struct bd_readback **out, struct bd_fault *fault)
+                                       struct bd_readback **out, struct bd_err_detail *detail)
 {
     BD_ASSERT(row_count > 0 && first_row < tex->desc.height_px &&
               row_count <= tex->desc.height_px - first_row);
@@ -62,9 +62,9 @@ enum bd_err bd_gpu_readback_rows_start(struct bd_gpu *gpu, const struct bd_tex *
     if (bd_gpu_take_error() != GL_NO_ERROR) {
         size_t size_bytes = readback->size_bytes;
         destroy(readback);
-        return bd_fault_set(fault, bd_gpu_why_not_made(gpu), tex->desc.name,
-                            "the device has no %zu KiB to read %s back", size_bytes >> 10,
-                            tex->desc.name);
+        return bd_err_set(detail, bd_gpu_why_not_made(gpu), tex->desc.name,
+                          "the device has no %zu KiB to read %s back", size_bytes >> 10,
+                          tex->desc.name);
     }
     gpu->serial++;
     bd_barrier_read(gpu, &tex->access, BD_USE_TEX_UPDATE);

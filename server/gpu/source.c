@@ -47,7 +47,7 @@ static const char *include_name(const char *line, size_t *name_length)
 }
 
 static enum bd_err append_file(const struct bd_shader_file *file, struct bd_source *source,
-                               FILE *out, struct bd_fault *fault)
+                               FILE *out, struct bd_err_detail *detail)
 {
     BD_ASSERT_CMP(source->file_count, <, BD_SOURCE_FILE_MAX);
     uint32_t file_index = source->file_count;
@@ -60,11 +60,11 @@ static enum bd_err append_file(const struct bd_shader_file *file, struct bd_sour
         if (name) {
             const struct bd_shader_file *included = find_file(name, name_length);
             if (!included)
-                return bd_fault_set(fault, BD_ERR_INTERNAL, file->name,
-                                    "%s:%u: no shader file \"%.*s\"", file->name, line_number,
-                                    (int)name_length, name);
+                return bd_err_set(detail, BD_ERR_INTERNAL, file->name,
+                                  "%s:%u: no shader file \"%.*s\"", file->name, line_number,
+                                  (int)name_length, name);
             if (!is_included(source, included->name)) {
-                enum bd_err err = append_file(included, source, out, fault);
+                enum bd_err err = append_file(included, source, out, detail);
                 if (err) return err;
             }
             fprintf(out, "#line %u %u\n", line_number + 1, file_index);
@@ -77,22 +77,22 @@ static enum bd_err append_file(const struct bd_shader_file *file, struct bd_sour
 }
 
 enum bd_err bd_source_assemble(const char *name, const struct bd_defines *defines, bool software,
-                               struct bd_source *out, struct bd_fault *fault)
+                               struct bd_source *out, struct bd_err_detail *detail)
 {
     *out = (struct bd_source){0};
     const struct bd_shader_file *file = find_file(name, strlen(name));
-    if (!file) return bd_fault_set(fault, BD_ERR_INTERNAL, name, "no shader file \"%s\"", name);
+    if (!file) return bd_err_set(detail, BD_ERR_INTERNAL, name, "no shader file \"%s\"", name);
 
     size_t size;
     FILE *stream = open_memstream(&out->text, &size);
-    if (!stream) return bd_fault_set(fault, BD_ERR_NO_MEMORY, name, "no memory for a shader");
+    if (!stream) return bd_err_set(detail, BD_ERR_NO_MEMORY, name, "no memory for a shader");
     fputs("#version 450 core\n#define BD_GLSL 1\n", stream);
     if (software) fputs("#define BD_SOFTWARE 1\n", stream);
     for (uint32_t i = 0; i < defines->count; i++)
         fprintf(stream, "#define %s %d\n", defines->pairs[i].name, defines->pairs[i].value);
-    enum bd_err err = append_file(file, out, stream, fault);
+    enum bd_err err = append_file(file, out, stream, detail);
     if (fclose(stream) != 0 && !err)
-        err = bd_fault_set(fault, BD_ERR_NO_MEMORY, name, "no memory for a shader");
+        err = bd_err_set(detail, BD_ERR_NO_MEMORY, name, "no memory for a shader");
     if (err) bd_source_finish(out);
     return err;
 }

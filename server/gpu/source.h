@@ -33,7 +33,7 @@ struct bd_source {
 // file is missing: sources are ours.
 BD_MUST_CHECK
 enum bd_err bd_source_assemble(const char *name, const struct bd_defines *defines, bool software,
-                               struct bd_source *out, struct bd_fault *fault);
+                               struct bd_source *out, struct bd_err_detail *detail);
 void bd_source_finish(struct bd_source *source);
 
 // Copies a compiler's log with the numbers of files, "3:17" or "3(17)" at the start of a line,

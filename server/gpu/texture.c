@@ -78,28 +78,28 @@ GLuint bd_tex_make(const struct bd_tex_desc *desc)
 }
 
 static enum bd_err check_size(struct bd_gpu *gpu, const struct bd_tex_desc *desc,
-                              struct bd_fault *fault)
+                              struct bd_err_detail *detail)
 {
     BD_ASSERT(desc->width_px > 0 && desc->height_px > 0);
     BD_ASSERT_CMP(desc->level_count, <=, level_count_max(desc));
     uint32_t side_max = gpu->caps.texture_side_max_px;
     if (desc->width_px > side_max || desc->height_px > side_max || desc->layer_count > 2048)
-        return bd_fault_set(fault, BD_ERR_LIMIT, desc->name,
-                            "texture %s of %ux%u pixels, %u layers; the device allows %u and 2048",
-                            desc->name, desc->width_px, desc->height_px, layers_of(desc), side_max);
+        return bd_err_set(detail, BD_ERR_LIMIT, desc->name,
+                          "texture %s of %ux%u pixels, %u layers; the device allows %u and 2048",
+                          desc->name, desc->width_px, desc->height_px, layers_of(desc), side_max);
     return BD_ERR_OK;
 }
 
 enum bd_err bd_tex_create(struct bd_gpu *gpu, const struct bd_tex_desc *desc, struct bd_tex **out,
-                          struct bd_fault *fault)
+                          struct bd_err_detail *detail)
 {
     *out = NULL;
     struct bd_tex made = {.desc = *desc};
     if (made.desc.level_count == 0) made.desc.level_count = 1;
-    enum bd_err err = check_size(gpu, &made.desc, fault);
+    enum bd_err err = check_size(gpu, &made.desc, detail);
     if (err) return err;
     made.size_bytes = all_bytes(&made.desc);
-    err = bd_gpu_reserve(gpu, desc->name, made.size_bytes, fault);
+    err = bd_gpu_reserve(gpu, desc->name, made.size_bytes, detail);
     if (err) return err;
 
     struct bd_tex *tex = malloc(sizeof *tex);
@@ -107,9 +107,9 @@ enum bd_err bd_tex_create(struct bd_gpu *gpu, const struct bd_tex_desc *desc, st
     if (!made.id) {
         free(tex);
         bd_gpu_release(gpu, made.size_bytes);
-        return bd_fault_set(fault, bd_gpu_why_not_made(gpu), desc->name,
-                            "the device has no %" PRIu64 " MiB for texture %s (%ux%u)",
-                            made.size_bytes >> 20, desc->name, desc->width_px, desc->height_px);
+        return bd_err_set(detail, bd_gpu_why_not_made(gpu), desc->name,
+                          "the device has no %" PRIu64 " MiB for texture %s (%ux%u)",
+                          made.size_bytes >> 20, desc->name, desc->width_px, desc->height_px);
     }
     glObjectLabel(GL_TEXTURE, made.id, -1, desc->name);
     *tex = made;

@@ -5,7 +5,7 @@
 #include "base/assert.h"
 #include "gpu/gpu_internal.h"
 
-enum bd_err bd_uniform_ring_init(struct bd_gpu *gpu, struct bd_fault *fault)
+enum bd_err bd_uniform_ring_init(struct bd_gpu *gpu, struct bd_err_detail *detail)
 {
     struct bd_uniform_ring *ring = &gpu->uniforms;
     const GLbitfield flags = GL_MAP_WRITE_BIT | GL_MAP_PERSISTENT_BIT | GL_MAP_COHERENT_BIT;
@@ -17,7 +17,7 @@ enum bd_err bd_uniform_ring_init(struct bd_gpu *gpu, struct bd_fault *fault)
     glNamedBufferStorage(ring->id, size, NULL, flags);
     ring->mapped = glMapNamedBufferRange(ring->id, 0, size, flags);
     if (bd_gpu_take_error() == GL_NO_ERROR && ring->mapped) return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_DEVICE, "device", "no mapped buffer for uniforms");
+    return bd_err_set(detail, BD_ERR_DEVICE, "device", "no mapped buffer for uniforms");
 }
 
 void bd_uniform_ring_finish(struct bd_gpu *gpu)

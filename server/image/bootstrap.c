@@ -118,7 +118,7 @@ static void close_workspace(struct workspace *space)
 }
 
 static enum bd_err open_workspace(const struct bd_statistics *statistics, size_t tile_count,
-                                  struct workspace *space, struct bd_fault *fault)
+                                  struct workspace *space, struct bd_err_detail *detail)
 {
     *space = (struct workspace){
         .draws = calloc(statistics->figures * BD_BOOTSTRAP_DRAWS, sizeof(double)),
@@ -132,7 +132,7 @@ static enum bd_err open_workspace(const struct bd_statistics *statistics, size_t
         space->times)
         return BD_ERR_OK;
     close_workspace(space);
-    return bd_fault_set(fault, BD_ERR_NO_MEMORY, "interval", "no memory for an interval");
+    return bd_err_set(detail, BD_ERR_NO_MEMORY, "interval", "no memory for an interval");
 }
 
 static void add_terms(double *sums, const double *terms, double weight, size_t count)
@@ -184,10 +184,10 @@ static double acceleration(const double *left, size_t tile_count, size_t figure_
 }
 
 enum bd_err bd_bootstrap(const struct bd_statistics *statistics, const double *sums,
-                         size_t tile_count, struct bd_figure *out, struct bd_fault *fault)
+                         size_t tile_count, struct bd_figure *out, struct bd_err_detail *detail)
 {
     struct workspace space;
-    enum bd_err err = open_workspace(statistics, tile_count, &space, fault);
+    enum bd_err err = open_workspace(statistics, tile_count, &space, detail);
     if (err) return err;
     for (size_t tile = 0; tile < tile_count; tile++)
         add_terms(space.totals, sums + tile * statistics->terms, 1, statistics->terms);
@@ -246,7 +246,7 @@ static void draw_quantiles(const struct bd_tiled_value *values, size_t count, si
 
 enum bd_err bd_bootstrap_quantiles(struct bd_tiled_value *values, size_t count, size_t tile_count,
                                    const double *levels, size_t level_count, struct bd_figure *out,
-                                   struct bd_fault *fault)
+                                   struct bd_err_detail *detail)
 {
     struct quantile_space space = {
         .draws = calloc(level_count * BD_BOOTSTRAP_DRAWS, sizeof(double)),
@@ -255,7 +255,7 @@ enum bd_err bd_bootstrap_quantiles(struct bd_tiled_value *values, size_t count, 
     };
     enum bd_err err = BD_ERR_OK;
     if (!space.draws || !space.times || !space.held) {
-        err = bd_fault_set(fault, BD_ERR_NO_MEMORY, "interval", "no memory for an interval");
+        err = bd_err_set(detail, BD_ERR_NO_MEMORY, "interval", "no memory for an interval");
         goto release;
     }
     qsort(values, count, sizeof *values, descending);

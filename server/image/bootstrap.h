@@ -47,7 +47,7 @@ struct bd_statistics {
 // `sums`: of each tile, its terms. Fills `out` with as many figures as the statistics have.
 BD_MUST_CHECK
 enum bd_err bd_bootstrap(const struct bd_statistics *statistics, const double *sums,
-                         size_t tile_count, struct bd_figure *out, struct bd_fault *fault);
+                         size_t tile_count, struct bd_figure *out, struct bd_err_detail *detail);
 
 struct bd_tiled_value {
     float value;
@@ -59,6 +59,6 @@ struct bd_tiled_value {
 BD_MUST_CHECK
 enum bd_err bd_bootstrap_quantiles(struct bd_tiled_value *values, size_t count, size_t tile_count,
                                    const double *levels, size_t level_count, struct bd_figure *out,
-                                   struct bd_fault *fault);
+                                   struct bd_err_detail *detail);
 
 #endif

@@ -13,7 +13,7 @@ struct decoding {
     size_t size;
     const struct bd_decode_limits *limits;
     const char *field;
-    struct bd_fault *fault;
+    struct bd_err_detail *detail;
     uint32_t width_px, height_px;
     uint8_t *rgba;
 };
@@ -21,12 +21,12 @@ struct decoding {
 static enum bd_err check_sides(const struct decoding *d)
 {
     if (d->width_px == 0 || d->height_px == 0)
-        return bd_fault_set(d->fault, BD_ERR_BAD_INPUT, d->field, "picture of %u x %u pixels",
-                            d->width_px, d->height_px);
+        return bd_err_set(d->detail, BD_ERR_BAD_INPUT, d->field, "picture of %u x %u pixels",
+                          d->width_px, d->height_px);
     if (d->width_px > d->limits->side_px || d->height_px > d->limits->side_px)
-        return bd_fault_set(d->fault, BD_ERR_LIMIT, d->field,
-                            "picture of %u x %u pixels, limit %u a side", d->width_px, d->height_px,
-                            d->limits->side_px);
+        return bd_err_set(d->detail, BD_ERR_LIMIT, d->field,
+                          "picture of %u x %u pixels, limit %u a side", d->width_px, d->height_px,
+                          d->limits->side_px);
     return BD_ERR_OK;
 }
 
@@ -36,20 +36,20 @@ static enum bd_err allocate(struct decoding *d)
     enum bd_err err = check_sides(d);
     if (err) return err;
     if (texels > d->limits->texels)
-        return bd_fault_set(d->fault, BD_ERR_LIMIT, d->field,
-                            "pictures together have more than %llu texels",
-                            (unsigned long long)d->limits->texels);
+        return bd_err_set(d->detail, BD_ERR_LIMIT, d->field,
+                          "pictures together have more than %llu texels",
+                          (unsigned long long)d->limits->texels);
     d->rgba = malloc(texels * 4);
     if (!d->rgba)
-        return bd_fault_set(d->fault, BD_ERR_NO_MEMORY, d->field, "no memory for %u x %u pixels",
-                            d->width_px, d->height_px);
+        return bd_err_set(d->detail, BD_ERR_NO_MEMORY, d->field, "no memory for %u x %u pixels",
+                          d->width_px, d->height_px);
     return BD_ERR_OK;
 }
 
-static enum bd_err png_fault(struct decoding *d, int code)
+static enum bd_err png_err(struct decoding *d, int code)
 {
-    return bd_fault_set(d->fault, code == SPNG_EMEM ? BD_ERR_NO_MEMORY : BD_ERR_BAD_INPUT, d->field,
-                        "broken PNG: %s", spng_strerror(code));
+    return bd_err_set(d->detail, code == SPNG_EMEM ? BD_ERR_NO_MEMORY : BD_ERR_BAD_INPUT, d->field,
+                      "broken PNG: %s", spng_strerror(code));
 }
 
 // Ancillary chunks are of no use here; libspng would keep them in memory without these limits.
@@ -67,7 +67,7 @@ static enum bd_err begin_png(struct decoding *d, spng_ctx *png)
 {
     struct spng_ihdr header;
     int code = png_header(png, d, &header);
-    if (code) return png_fault(d, code);
+    if (code) return png_err(d, code);
     d->width_px = header.width;
     d->height_px = header.height;
     return BD_ERR_OK;
@@ -76,7 +76,7 @@ static enum bd_err begin_png(struct decoding *d, spng_ctx *png)
 static enum bd_err measure_png(struct decoding *d)
 {
     spng_ctx *png = spng_ctx_new(0);
-    if (!png) return png_fault(d, SPNG_EMEM);
+    if (!png) return png_err(d, SPNG_EMEM);
     enum bd_err err = begin_png(d, png);
     spng_ctx_free(png);
     return err;
@@ -85,22 +85,22 @@ static enum bd_err measure_png(struct decoding *d)
 static enum bd_err decode_png(struct decoding *d)
 {
     spng_ctx *png = spng_ctx_new(0);
-    if (!png) return png_fault(d, SPNG_EMEM);
+    if (!png) return png_err(d, SPNG_EMEM);
     enum bd_err err = begin_png(d, png);
     if (err == BD_ERR_OK) err = allocate(d);
     if (err == BD_ERR_OK) {
         int code = spng_decode_image(png, d->rgba, (size_t)d->width_px * d->height_px * 4,
                                      SPNG_FMT_RGBA8, SPNG_DECODE_TRNS);
-        if (code) err = png_fault(d, code);
+        if (code) err = png_err(d, code);
     }
     spng_ctx_free(png);
     return err;
 }
 
-static enum bd_err jpeg_fault(struct decoding *d, tjhandle jpeg)
+static enum bd_err jpeg_err(struct decoding *d, tjhandle jpeg)
 {
-    return bd_fault_set(d->fault, BD_ERR_BAD_INPUT, d->field, "broken JPEG: %s",
-                        tjGetErrorStr2(jpeg));
+    return bd_err_set(d->detail, BD_ERR_BAD_INPUT, d->field, "broken JPEG: %s",
+                      tjGetErrorStr2(jpeg));
 }
 
 // Rubbish between markers and a newer JFIF number leave the whole picture; whatever else libjpeg
@@ -127,7 +127,7 @@ static enum bd_err begin_jpeg(struct decoding *d, tjhandle jpeg, bool *cmyk)
     // A file that ends before its frame header is only warned of, and leaves these as they are.
     int width = 0, height = 0, subsampling = 0, colorspace = 0;
     if (tjDecompressHeader3(jpeg, d->bytes, d->size, &width, &height, &subsampling, &colorspace))
-        return jpeg_fault(d, jpeg);
+        return jpeg_err(d, jpeg);
     d->width_px = (uint32_t)width;
     d->height_px = (uint32_t)height;
     *cmyk = colorspace == TJCS_CMYK || colorspace == TJCS_YCCK;
@@ -136,7 +136,7 @@ static enum bd_err begin_jpeg(struct decoding *d, tjhandle jpeg, bool *cmyk)
 
 static enum bd_err no_memory_for_jpeg(const struct decoding *d)
 {
-    return bd_fault_set(d->fault, BD_ERR_NO_MEMORY, d->field, "no memory for a JPEG");
+    return bd_err_set(d->detail, BD_ERR_NO_MEMORY, d->field, "no memory for a JPEG");
 }
 
 static enum bd_err measure_jpeg(struct decoding *d)
@@ -161,7 +161,7 @@ static enum bd_err decode_jpeg(struct decoding *d)
     if (tjDecompress2(jpeg, d->bytes, d->size, d->rgba, (int)d->width_px, 0, (int)d->height_px,
                       cmyk ? TJPF_CMYK : TJPF_RGBA, TJFLAG_ACCURATEDCT | TJFLAG_LIMITSCANS) &&
         is_broken(jpeg))
-        err = jpeg_fault(d, jpeg);
+        err = jpeg_err(d, jpeg);
     else if (cmyk)
         rgba_from_cmyk(d->rgba, (size_t)d->width_px * d->height_px);
 jpeg:
@@ -184,7 +184,7 @@ static enum format format_of(const void *bytes, size_t size)
 
 static enum bd_err unknown_format(const struct decoding *d)
 {
-    return bd_fault_set(d->fault, BD_ERR_UNSUPPORTED, d->field, "neither a PNG nor a JPEG");
+    return bd_err_set(d->detail, BD_ERR_UNSUPPORTED, d->field, "neither a PNG nor a JPEG");
 }
 
 static enum bd_err measure(struct decoding *d, enum format format)
@@ -223,11 +223,11 @@ static uint64_t decode_bytes(const struct decoding *d, enum format format)
 
 enum bd_err bd_picture_measure(const void *bytes, size_t size, uint32_t side_max_px,
                                const char *field, struct bd_picture_size *out,
-                               struct bd_fault *fault)
+                               struct bd_err_detail *detail)
 {
     const struct bd_decode_limits limits = {.side_px = side_max_px};
     const enum format format = format_of(bytes, size);
-    struct decoding d = {bytes, size, &limits, field, fault, 0, 0, NULL};
+    struct decoding d = {bytes, size, &limits, field, detail, 0, 0, NULL};
     enum bd_err err = measure(&d, format);
     if (!err) err = check_sides(&d);
     if (err) return err;
@@ -237,9 +237,9 @@ enum bd_err bd_picture_measure(const void *bytes, size_t size, uint32_t side_max
 
 enum bd_err bd_picture_decode(const void *bytes, size_t size, const struct bd_decode_limits *limits,
                               const char *field, uint32_t *width_px, uint32_t *height_px,
-                              uint8_t **rgba, struct bd_fault *fault)
+                              uint8_t **rgba, struct bd_err_detail *detail)
 {
-    struct decoding d = {bytes, size, limits, field, fault, 0, 0, NULL};
+    struct decoding d = {bytes, size, limits, field, detail, 0, 0, NULL};
     enum bd_err err = decode(&d);
     if (err != BD_ERR_OK) {
         free(d.rgba);

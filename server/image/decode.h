@@ -26,16 +26,16 @@ struct bd_picture_size {
 BD_MUST_CHECK
 enum bd_err bd_picture_measure(const void *bytes, size_t size, uint32_t side_max_px,
                                const char *field, struct bd_picture_size *out,
-                               struct bd_fault *fault);
+                               struct bd_err_detail *detail);
 
 // Every PNG (palette, grey, 16 bits a channel: all become 8-bit RGBA; gamma chunks are ignored, as
 // glTF asks) and every JPEG that libjpeg-turbo reads (CMYK too). On success `*rgba` is the
 // caller's to free, rows from the top. On failure BD_ERR_BAD_INPUT for broken bytes,
 // BD_ERR_UNSUPPORTED for another format, BD_ERR_LIMIT or BD_ERR_NO_MEMORY; `field` goes into the
-// fault as it is.
+// error as it is.
 BD_MUST_CHECK
 enum bd_err bd_picture_decode(const void *bytes, size_t size, const struct bd_decode_limits *limits,
                               const char *field, uint32_t *width_px, uint32_t *height_px,
-                              uint8_t **rgba, struct bd_fault *fault);
+                              uint8_t **rgba, struct bd_err_detail *detail);
 
 #endif

@@ -56,17 +56,17 @@ bool bd_encode_format_from_name(const char *name, enum bd_encode_format *out)
 }
 
 static enum bd_err check(const struct bd_encode_request *request, size_t layer_count,
-                         struct bd_fault *fault)
+                         struct bd_err_detail *detail)
 {
-    if (layer_count == 0) return bd_fault_set(fault, BD_ERR_USAGE, "layers", "no layer to encode");
+    if (layer_count == 0) return bd_err_set(detail, BD_ERR_USAGE, "layers", "no layer to encode");
     if (!(fabsf(request->exposure_stops) <= BD_EXPOSURE_STOPS_MAX))
-        return bd_fault_set(fault, BD_ERR_USAGE, "exposure",
-                            "exposure of %g stops; -%g to %g are allowed",
-                            (double)request->exposure_stops, (double)BD_EXPOSURE_STOPS_MAX,
-                            (double)BD_EXPOSURE_STOPS_MAX);
+        return bd_err_set(detail, BD_ERR_USAGE, "exposure",
+                          "exposure of %g stops; -%g to %g are allowed",
+                          (double)request->exposure_stops, (double)BD_EXPOSURE_STOPS_MAX,
+                          (double)BD_EXPOSURE_STOPS_MAX);
     if (request->jpeg_quality < 1 || request->jpeg_quality > 100)
-        return bd_fault_set(fault, BD_ERR_USAGE, "jpeg_quality",
-                            "JPEG quality %d; 1 to 100 are allowed", request->jpeg_quality);
+        return bd_err_set(detail, BD_ERR_USAGE, "jpeg_quality",
+                          "JPEG quality %d; 1 to 100 are allowed", request->jpeg_quality);
     return BD_ERR_OK;
 }
 
@@ -115,7 +115,7 @@ static bool fits_half(const struct bd_exr_picture *picture, const struct bd_exr_
 static enum bd_err encode_exr(const struct bd_encode_request *request,
                               const struct bd_named_layer *layers, size_t layer_count,
                               struct bd_manifest manifest, struct bd_bytes *out,
-                              struct bd_fault *fault)
+                              struct bd_err_detail *detail)
 {
     struct bd_exr_plane planes[BD_EXR_CHANNEL_MAX];
     struct bd_exr_picture picture = {
@@ -125,46 +125,48 @@ static enum bd_err encode_exr(const struct bd_encode_request *request,
         .manifest = manifest,
         .raw = request->exr_raw,
     };
-    enum bd_err err = bd_layers_to_planes(layers, layer_count, planes, &picture.plane_count, fault);
+    enum bd_err err =
+        bd_layers_to_planes(layers, layer_count, planes, &picture.plane_count, detail);
     if (err) return err;
     for (size_t i = 0; i < picture.plane_count; i++)
         planes[i].half = request->exr_half && fits_half(&picture, &planes[i]);
-    return bd_exr_write(&picture, out, fault);
+    return bd_exr_write(&picture, out, detail);
 }
 
 static enum bd_err encode_shown(const struct bd_encode_request *request,
                                 const struct bd_named_layer *layer, float stops,
                                 struct bd_manifest manifest, struct bd_bytes *out,
-                                struct bd_fault *fault)
+                                struct bd_err_detail *detail)
 {
     const struct bd_image *image = layer->image;
     uint8_t *rgb8 = malloc((size_t)image->width_px * image->height_px * 3);
-    if (!rgb8) return bd_fault_set(fault, BD_ERR_NO_MEMORY, "size", "no memory for the picture");
+    if (!rgb8) return bd_err_set(detail, BD_ERR_NO_MEMORY, "size", "no memory for the picture");
     bd_show_layer(layer->name, image, request->tonemap, stops, rgb8);
     struct bd_pixels8 pixels = {image->width_px, image->height_px, 3, rgb8};
     enum bd_err err = request->format == BD_ENCODE_JPEG
-                          ? bd_jpeg_encode(&pixels, request->jpeg_quality, &manifest, out, fault)
-                          : bd_png_encode(&pixels, &manifest, out, fault);
+                          ? bd_jpeg_encode(&pixels, request->jpeg_quality, &manifest, out, detail)
+                          : bd_png_encode(&pixels, &manifest, out, detail);
     free(rgb8);
     return err;
 }
 
 enum bd_err bd_encode(const struct bd_encode_request *request, const struct bd_named_layer *layers,
                       size_t layer_count, const struct bd_manifest *manifest,
-                      struct bd_encoded *out, struct bd_fault *fault)
+                      struct bd_encoded *out, struct bd_err_detail *detail)
 {
     *out = (struct bd_encoded){0};
-    enum bd_err err = check(request, layer_count, fault);
+    enum bd_err err = check(request, layer_count, detail);
     if (err) return err;
     out->exposure_stops = choose_exposure(request, layers, layer_count);
-    if (request->format == BD_ENCODE_HALF) return bd_half_encode(layers[0].image, &out->bytes, fault);
+    if (request->format == BD_ENCODE_HALF)
+        return bd_half_encode(layers[0].image, &out->bytes, detail);
     struct full_manifest full;
     err = extend_manifest(&full, manifest, request, out->exposure_stops);
-    if (err) return bd_fault_set(fault, err, "manifest", "no memory for the manifest");
+    if (err) return bd_err_set(detail, err, "manifest", "no memory for the manifest");
     struct bd_manifest all = {full.entries, full.count};
     err = request->format == BD_ENCODE_EXR
-              ? encode_exr(request, layers, layer_count, all, &out->bytes, fault)
-              : encode_shown(request, &layers[0], out->exposure_stops, all, &out->bytes, fault);
+              ? encode_exr(request, layers, layer_count, all, &out->bytes, detail)
+              : encode_shown(request, &layers[0], out->exposure_stops, all, &out->bytes, detail);
     free(full.entries);
     return err;
 }

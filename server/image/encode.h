@@ -63,6 +63,6 @@ struct bd_encoded {
 BD_MUST_CHECK
 enum bd_err bd_encode(const struct bd_encode_request *request, const struct bd_named_layer *layers,
                       size_t layer_count, const struct bd_manifest *manifest,
-                      struct bd_encoded *out, struct bd_fault *fault);
+                      struct bd_encoded *out, struct bd_err_detail *detail);
 
 #endif

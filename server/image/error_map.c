@@ -121,7 +121,7 @@ static void draw_errors(const struct bd_metric_input *input, double mean,
 }
 
 enum bd_err bd_error_map(const struct bd_metric_input *input, double mean, struct bd_canvas *out,
-                         struct bd_fault *fault)
+                         struct bd_err_detail *detail)
 {
     const struct bd_image *image = input->image[0];
     uint32_t scale = text_scale(image->height_px);
@@ -129,7 +129,7 @@ enum bd_err bd_error_map(const struct bd_metric_input *input, double mean, struc
                               .height_px = image->height_px};
     if (out->height_px < HEIGHT_LEAST * scale) out->height_px = HEIGHT_LEAST * scale;
     out->rgb8 = malloc((size_t)out->width_px * out->height_px * 3);
-    if (!out->rgb8) return bd_fault_set(fault, BD_ERR_NO_MEMORY, "map", "no memory for a map");
+    if (!out->rgb8) return bd_err_set(detail, BD_ERR_NO_MEMORY, "map", "no memory for a map");
     bd_canvas_fill(out, 0, 0, out->width_px, out->height_px, background);
     draw_errors(input, mean, out);
     draw_margin(out, image->width_px, scale);

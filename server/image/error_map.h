@@ -29,6 +29,6 @@ void bd_error_map_colour(double relative, uint8_t rgb[3]);
 // `mean` is that of the reference; 0 shows every error as the largest. Free `out->rgb8`.
 BD_MUST_CHECK
 enum bd_err bd_error_map(const struct bd_metric_input *input, double mean, struct bd_canvas *out,
-                         struct bd_fault *fault);
+                         struct bd_err_detail *detail);
 
 #endif

@@ -38,7 +38,7 @@ struct bd_exr_picture {
 // `*out` must be empty; free it with bd_bytes_finish.
 BD_MUST_CHECK
 enum bd_err bd_exr_write(const struct bd_exr_picture *picture, struct bd_bytes *out,
-                         struct bd_fault *fault);
+                         struct bd_err_detail *detail);
 
 struct bd_exr_limits {
     uint32_t side_px_max;
@@ -67,7 +67,7 @@ struct bd_exr {
 // above `limits`, or that the file's length cannot justify, are refused before memory is taken.
 BD_MUST_CHECK
 enum bd_err bd_exr_read(const void *bytes, size_t size_bytes, const struct bd_exr_limits *limits,
-                        struct bd_exr **out, struct bd_fault *fault);
+                        struct bd_exr **out, struct bd_err_detail *detail);
 
 // The plane of that name, NULL if there is none.
 const float *bd_exr_channel(const struct bd_exr *exr, const char *name);

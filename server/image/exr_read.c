@@ -55,14 +55,14 @@ static void *allocate_zeroed(size_t size)
     return calloc(1, size);
 }
 
-static enum bd_err fault_of(exr_result_t rv, const struct read_stream *stream,
-                            struct bd_fault *fault)
+static enum bd_err err_of(exr_result_t rv, const struct read_stream *stream,
+                          struct bd_err_detail *detail)
 {
     enum bd_err err = BD_ERR_BAD_INPUT;
     if (rv == EXR_ERR_OUT_OF_MEMORY) err = BD_ERR_NO_MEMORY;
     if (rv == EXR_ERR_FEATURE_NOT_IMPLEMENTED) err = BD_ERR_UNSUPPORTED;
-    return bd_fault_set(fault, err, "exr", "cannot read EXR: %s",
-                        bd_exr_why(&stream->complaint, rv));
+    return bd_err_set(detail, err, "exr", "cannot read EXR: %s",
+                      bd_exr_why(&stream->complaint, rv));
 }
 
 struct layout {
@@ -81,55 +81,55 @@ static exr_result_t get_layout(exr_context_t context, struct layout *layout)
     return rv;
 }
 
-static enum bd_err check_kind(const struct layout *layout, struct bd_fault *fault)
+static enum bd_err check_kind(const struct layout *layout, struct bd_err_detail *detail)
 {
     if (layout->storage != EXR_STORAGE_SCANLINE && layout->storage != EXR_STORAGE_TILED)
-        return bd_fault_set(fault, BD_ERR_UNSUPPORTED, "exr", "deep EXR data is not read");
+        return bd_err_set(detail, BD_ERR_UNSUPPORTED, "exr", "deep EXR data is not read");
     if ((unsigned)layout->compression >= EXR_COMPRESSION_LAST_TYPE)
-        return bd_fault_set(fault, BD_ERR_UNSUPPORTED, "exr",
-                            "EXR compression %d is unknown; those from 0 (NONE) to %d (DWAB) are "
-                            "read",
-                            (int)layout->compression, EXR_COMPRESSION_LAST_TYPE - 1);
+        return bd_err_set(detail, BD_ERR_UNSUPPORTED, "exr",
+                          "EXR compression %d is unknown; those from 0 (NONE) to %d (DWAB) are "
+                          "read",
+                          (int)layout->compression, EXR_COMPRESSION_LAST_TYPE - 1);
     int32_t count = layout->channels->num_channels;
     if (count < 1 || count > BD_EXR_CHANNEL_MAX)
-        return bd_fault_set(fault, BD_ERR_LIMIT, "exr", "%d EXR channels; 1 to %d are read", count,
-                            BD_EXR_CHANNEL_MAX);
+        return bd_err_set(detail, BD_ERR_LIMIT, "exr", "%d EXR channels; 1 to %d are read", count,
+                          BD_EXR_CHANNEL_MAX);
     for (int32_t i = 0; i < count; i++) {
         const exr_attr_chlist_entry_t *channel = &layout->channels->entries[i];
         if (channel->x_sampling != 1 || channel->y_sampling != 1)
-            return bd_fault_set(fault, BD_ERR_UNSUPPORTED, "exr", "EXR channel %.40s is subsampled",
-                                channel->name.str);
+            return bd_err_set(detail, BD_ERR_UNSUPPORTED, "exr", "EXR channel %.40s is subsampled",
+                              channel->name.str);
         if (channel->name.length >= BD_EXR_CHANNEL_NAME_MAX)
-            return bd_fault_set(fault, BD_ERR_LIMIT, "exr",
-                                "EXR channel name of %d bytes; %d are allowed",
-                                channel->name.length, BD_EXR_CHANNEL_NAME_MAX - 1);
+            return bd_err_set(detail, BD_ERR_LIMIT, "exr",
+                              "EXR channel name of %d bytes; %d are allowed", channel->name.length,
+                              BD_EXR_CHANNEL_NAME_MAX - 1);
     }
     return BD_ERR_OK;
 }
 
 // Sizes, before anything of that size is allocated.
 static enum bd_err check_size(const struct layout *layout, uint64_t file_bytes,
-                              const struct bd_exr_limits *limits, struct bd_fault *fault)
+                              const struct bd_exr_limits *limits, struct bd_err_detail *detail)
 {
     int64_t width = (int64_t)layout->window.max.x - layout->window.min.x + 1;
     int64_t height = (int64_t)layout->window.max.y - layout->window.min.y + 1;
     if (width < 1 || height < 1)
-        return bd_fault_set(fault, BD_ERR_BAD_INPUT, "exr", "the EXR data window is empty");
+        return bd_err_set(detail, BD_ERR_BAD_INPUT, "exr", "the EXR data window is empty");
     if (width > limits->side_px_max || height > limits->side_px_max)
-        return bd_fault_set(fault, BD_ERR_LIMIT, "exr", "EXR of %lldx%lld; at most %u a side",
-                            (long long)width, (long long)height, limits->side_px_max);
+        return bd_err_set(detail, BD_ERR_LIMIT, "exr", "EXR of %lldx%lld; at most %u a side",
+                          (long long)width, (long long)height, limits->side_px_max);
     uint64_t samples =
         (uint64_t)width * (uint64_t)height * (uint64_t)layout->channels->num_channels;
     if (samples > limits->size_bytes_max / sizeof(float))
-        return bd_fault_set(fault, BD_ERR_LIMIT, "exr", "EXR of %llu MiB; at most %llu",
-                            (unsigned long long)(samples * sizeof(float) >> 20),
-                            (unsigned long long)(limits->size_bytes_max >> 20));
+        return bd_err_set(detail, BD_ERR_LIMIT, "exr", "EXR of %llu MiB; at most %llu",
+                          (unsigned long long)(samples * sizeof(float) >> 20),
+                          (unsigned long long)(limits->size_bytes_max >> 20));
     // Two bytes is the smallest sample (half).
     const uint32_t ratio = ratio_max[layout->compression];
     if (ratio && samples * 2 / ratio > file_bytes)
-        return bd_fault_set(fault, BD_ERR_BAD_INPUT, "exr",
-                            "EXR of %lldx%lld in %llu bytes is truncated or a bomb",
-                            (long long)width, (long long)height, (unsigned long long)file_bytes);
+        return bd_err_set(detail, BD_ERR_BAD_INPUT, "exr",
+                          "EXR of %lldx%lld in %llu bytes is truncated or a bomb", (long long)width,
+                          (long long)height, (unsigned long long)file_bytes);
     return BD_ERR_OK;
 }
 
@@ -219,14 +219,15 @@ static exr_result_t decode_tiles(exr_context_t context, exr_decode_pipeline_t *p
 }
 
 static enum bd_err decode(exr_context_t context, const struct read_stream *stream,
-                          const struct layout *layout, struct bd_exr *exr, struct bd_fault *fault)
+                          const struct layout *layout, struct bd_exr *exr,
+                          struct bd_err_detail *detail)
 {
     exr_decode_pipeline_t pipe = EXR_DECODE_PIPELINE_INITIALIZER;
     exr_result_t rv = layout->storage == EXR_STORAGE_TILED
                           ? decode_tiles(context, &pipe, exr)
                           : decode_scanlines(context, layout->window.min.y, &pipe, exr);
     exr_decoding_destroy(context, &pipe);
-    return rv ? fault_of(rv, stream, fault) : BD_ERR_OK;
+    return rv ? err_of(rv, stream, detail) : BD_ERR_OK;
 }
 
 // Of which the core makes nothing, or nothing right. PXR24 it knows.
@@ -236,13 +237,13 @@ static bool is_lossy(exr_compression_t compression)
 }
 
 static enum bd_err decode_lossy(const struct read_stream *stream, const struct layout *layout,
-                                struct bd_exr *exr, struct bd_fault *fault)
+                                struct bd_exr *exr, struct bd_err_detail *detail)
 {
     char why[256];
     const exr_attr_v2i_t first = layout->window.min;
     enum bd_err err = bd_exr_lossy_read(stream->bytes, stream->size_bytes, first.x, first.y, exr,
                                         why, sizeof why);
-    return err ? bd_fault_set(fault, err, "exr", "cannot read EXR: %s", why) : err;
+    return err ? bd_err_set(detail, err, "exr", "cannot read EXR: %s", why) : err;
 }
 
 static enum bd_err copy_attributes(exr_context_t context, struct bd_exr *exr)
@@ -267,24 +268,24 @@ static enum bd_err copy_attributes(exr_context_t context, struct bd_exr *exr)
 
 static enum bd_err read_part(exr_context_t context, const struct read_stream *stream,
                              const struct bd_exr_limits *limits, struct bd_exr **exr,
-                             struct bd_fault *fault)
+                             struct bd_err_detail *detail)
 {
     struct layout layout = {0};
     exr_result_t rv = get_layout(context, &layout);
-    if (rv) return fault_of(rv, stream, fault);
-    enum bd_err err = check_kind(&layout, fault);
-    if (!err) err = check_size(&layout, stream->size_bytes, limits, fault);
+    if (rv) return err_of(rv, stream, detail);
+    enum bd_err err = check_kind(&layout, detail);
+    if (!err) err = check_size(&layout, stream->size_bytes, limits, detail);
     if (err) return err;
     err = allocate(&layout, exr);
     if (!err) err = copy_attributes(context, *exr);
-    if (err) return bd_fault_set(fault, err, "exr", "no memory for the EXR's planes");
+    if (err) return bd_err_set(detail, err, "exr", "no memory for the EXR's planes");
 
-    return is_lossy(layout.compression) ? decode_lossy(stream, &layout, *exr, fault)
-                                        : decode(context, stream, &layout, *exr, fault);
+    return is_lossy(layout.compression) ? decode_lossy(stream, &layout, *exr, detail)
+                                        : decode(context, stream, &layout, *exr, detail);
 }
 
 enum bd_err bd_exr_read(const void *bytes, size_t size_bytes, const struct bd_exr_limits *limits,
-                        struct bd_exr **out, struct bd_fault *fault)
+                        struct bd_exr **out, struct bd_err_detail *detail)
 {
     *out = NULL;
     struct read_stream stream = {.bytes = bytes, .size_bytes = size_bytes};
@@ -301,8 +302,8 @@ enum bd_err bd_exr_read(const void *bytes, size_t size_bytes, const struct bd_ex
     init.flags = EXR_CONTEXT_FLAG_DISABLE_CHUNK_RECONSTRUCTION;
     exr_context_t context = NULL;
     exr_result_t rv = exr_start_read(&context, "memory", &init);
-    if (rv) return fault_of(rv, &stream, fault);
-    enum bd_err err = read_part(context, &stream, limits, out, fault);
+    if (rv) return err_of(rv, &stream, detail);
+    enum bd_err err = read_part(context, &stream, limits, out, detail);
     exr_finish(&context);
     if (err) bd_exr_destroy(out);
     return err;

@@ -134,7 +134,7 @@ static void assert_well_formed(const struct bd_exr_picture *picture)
 }
 
 enum bd_err bd_exr_write(const struct bd_exr_picture *picture, struct bd_bytes *out,
-                         struct bd_fault *fault)
+                         struct bd_err_detail *detail)
 {
     assert_well_formed(picture);
     struct write_stream stream = {.out = out};
@@ -151,6 +151,6 @@ enum bd_err bd_exr_write(const struct bd_exr_picture *picture, struct bd_bytes *
     if (!rv) rv = closed;
     if (!rv) return BD_ERR_OK;
     bd_bytes_finish(out);
-    return bd_fault_set(fault, rv == EXR_ERR_OUT_OF_MEMORY ? BD_ERR_NO_MEMORY : BD_ERR_INTERNAL,
-                        "exr", "cannot encode EXR: %s", bd_exr_why(&stream.complaint, rv));
+    return bd_err_set(detail, rv == EXR_ERR_OUT_OF_MEMORY ? BD_ERR_NO_MEMORY : BD_ERR_INTERNAL,
+                      "exr", "cannot encode EXR: %s", bd_exr_why(&stream.complaint, rv));
 }

@@ -254,14 +254,14 @@ struct pair {
 };
 
 static enum bd_err open_pair(const struct bd_image *reference, const struct bd_image *image,
-                             double ppd, struct pair *pair, struct bd_fault *fault)
+                             double ppd, struct pair *pair, struct bd_err_detail *detail)
 {
     BD_ASSERT(reference->channel_count == 3 && image->channel_count == 3);
     BD_ASSERT(reference->width_px == image->width_px && reference->height_px == image->height_px);
     BD_ASSERT(ppd >= BD_FLIP_PPD_MIN && ppd <= BD_FLIP_PPD_MAX);
     size_t count = (size_t)reference->width_px * reference->height_px;
     pair->memory = malloc(count * 2 * PLANE_COUNT * sizeof *pair->memory);
-    if (!pair->memory) return bd_fault_set(fault, BD_ERR_NO_MEMORY, "flip", "no memory for FLIP");
+    if (!pair->memory) return bd_err_set(detail, BD_ERR_NO_MEMORY, "flip", "no memory for FLIP");
     make_filters(ppd, &pair->filters);
     for (size_t s = 0; s < 2; s++) {
         pair->sides[s] = (struct side){.filters = &pair->filters,
@@ -297,10 +297,10 @@ static void clear(const struct bd_image *like, float *error)
 }
 
 enum bd_err bd_flip_ldr(const struct bd_image *reference, const struct bd_image *image, double ppd,
-                        float *error, struct bd_fault *fault)
+                        float *error, struct bd_err_detail *detail)
 {
     struct pair pair;
-    enum bd_err err = open_pair(reference, image, ppd, &pair, fault);
+    enum bd_err err = open_pair(reference, image, ppd, &pair, detail);
     if (err) return err;
     clear(reference, error);
     raise_errors(&pair, 0, error);
@@ -322,11 +322,11 @@ struct bd_flip_exposures bd_flip_exposures(double median, double max)
 
 enum bd_err bd_flip_hdr(const struct bd_image *reference, const struct bd_image *image, double ppd,
                         const struct bd_flip_exposures *exposures, float *error,
-                        struct bd_fault *fault)
+                        struct bd_err_detail *detail)
 {
     BD_ASSERT_CMP(exposures->count, >=, 2u);
     struct pair pair;
-    enum bd_err err = open_pair(reference, image, ppd, &pair, fault);
+    enum bd_err err = open_pair(reference, image, ppd, &pair, detail);
     if (err) return err;
     clear(reference, error);
     double step = (exposures->stop - exposures->start) / (exposures->count - 1);

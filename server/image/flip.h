@@ -41,7 +41,7 @@
 // one float a pixel. BD_ERR_NO_MEMORY.
 BD_MUST_CHECK
 enum bd_err bd_flip_ldr(const struct bd_image *reference, const struct bd_image *image, double ppd,
-                        float *error, struct bd_fault *fault);
+                        float *error, struct bd_err_detail *detail);
 
 // In stops. At the first the reference's brightest pixel, at the last its median one are at 0.85 of
 // the display's range.
@@ -58,6 +58,6 @@ struct bd_flip_exposures bd_flip_exposures(double median, double max);
 BD_MUST_CHECK
 enum bd_err bd_flip_hdr(const struct bd_image *reference, const struct bd_image *image, double ppd,
                         const struct bd_flip_exposures *exposures, float *error,
-                        struct bd_fault *fault);
+                        struct bd_err_detail *detail);
 
 #endif

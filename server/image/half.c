@@ -40,12 +40,12 @@ static void put_pixel(uint8_t *to, const float *pixel, uint32_t channel_count)
 }
 
 enum bd_err bd_half_encode(const struct bd_image *image, struct bd_bytes *out,
-                           struct bd_fault *fault)
+                           struct bd_err_detail *detail)
 {
     size_t pixels = (size_t)image->width_px * image->height_px;
     out->data = malloc(pixels * CHANNEL_COUNT * 2);
     if (!out->data)
-        return bd_fault_set(fault, BD_ERR_NO_MEMORY, "size", "no memory for the picture");
+        return bd_err_set(detail, BD_ERR_NO_MEMORY, "size", "no memory for the picture");
     out->size_bytes = pixels * CHANNEL_COUNT * 2;
     for (size_t p = 0; p < pixels; p++)
         put_pixel(out->data + p * CHANNEL_COUNT * 2, image->pixels + p * image->channel_count,

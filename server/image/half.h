@@ -18,6 +18,6 @@ uint16_t bd_half_from_float(float value);
 // Rows from the top, four halves a pixel, little-endian (image/encode.h).
 BD_MUST_CHECK
 enum bd_err bd_half_encode(const struct bd_image *image, struct bd_bytes *out,
-                           struct bd_fault *fault);
+                           struct bd_err_detail *detail);
 
 #endif

@@ -43,20 +43,19 @@ static enum bd_err splice_comment(struct bd_bytes *jpeg, const struct bd_bytes *
 }
 
 static enum bd_err compress(const struct bd_pixels8 *pixels, int quality, struct bd_bytes *out,
-                            struct bd_fault *fault)
+                            struct bd_err_detail *detail)
 {
     tjhandle turbo = tjInitCompress();
-    if (!turbo)
-        return bd_fault_set(fault, BD_ERR_NO_MEMORY, "jpeg", "no memory for a JPEG encoder");
+    if (!turbo) return bd_err_set(detail, BD_ERR_NO_MEMORY, "jpeg", "no memory for a JPEG encoder");
     unsigned char *jpeg = NULL;
     unsigned long size_bytes = 0;
     enum bd_err err = BD_ERR_OK;
     if (tjCompress2(turbo, pixels->samples, (int)pixels->width_px, 0, (int)pixels->height_px,
                     TJPF_RGB, &jpeg, &size_bytes, TJSAMP_444, quality, TJFLAG_ACCURATEDCT))
-        err = bd_fault_set(fault, BD_ERR_LIMIT, "jpeg", "cannot encode JPEG: %s",
-                           tjGetErrorStr2(turbo));
+        err = bd_err_set(detail, BD_ERR_LIMIT, "jpeg", "cannot encode JPEG: %s",
+                         tjGetErrorStr2(turbo));
     else if (bd_bytes_put(out, 0, jpeg, size_bytes))
-        err = bd_fault_set(fault, BD_ERR_NO_MEMORY, "jpeg", "no memory for the JPEG");
+        err = bd_err_set(detail, BD_ERR_NO_MEMORY, "jpeg", "no memory for the JPEG");
     tjFree(jpeg);
     tjDestroy(turbo);
     return err;
@@ -64,11 +63,11 @@ static enum bd_err compress(const struct bd_pixels8 *pixels, int quality, struct
 
 enum bd_err bd_jpeg_encode(const struct bd_pixels8 *pixels, int quality,
                            const struct bd_manifest *manifest, struct bd_bytes *out,
-                           struct bd_fault *fault)
+                           struct bd_err_detail *detail)
 {
     BD_ASSERT_CMP(pixels->channel_count, ==, 3u);
     BD_ASSERT(quality >= 1 && quality <= 100);
-    enum bd_err err = compress(pixels, quality, out, fault);
+    enum bd_err err = compress(pixels, quality, out, detail);
     if (err) return err;
     struct bd_bytes comment = {0};
     err = build_comment(manifest, &comment);
@@ -76,5 +75,5 @@ enum bd_err bd_jpeg_encode(const struct bd_pixels8 *pixels, int quality,
     bd_bytes_finish(&comment);
     if (!err) return BD_ERR_OK;
     bd_bytes_finish(out);
-    return bd_fault_set(fault, err, "jpeg", "no memory for the JPEG's comment");
+    return bd_err_set(detail, err, "jpeg", "no memory for the JPEG's comment");
 }

@@ -15,6 +15,6 @@
 BD_MUST_CHECK
 enum bd_err bd_jpeg_encode(const struct bd_pixels8 *pixels, int quality,
                            const struct bd_manifest *manifest, struct bd_bytes *out,
-                           struct bd_fault *fault);
+                           struct bd_err_detail *detail);
 
 #endif

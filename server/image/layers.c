@@ -33,7 +33,7 @@ void bd_layer_half_name(enum bd_half half, const char *layer, char name[BD_EXR_C
 
 enum bd_err bd_layers_to_planes(const struct bd_named_layer *layers, size_t layer_count,
                                 struct bd_exr_plane planes[BD_EXR_CHANNEL_MAX], size_t *plane_count,
-                                struct bd_fault *fault)
+                                struct bd_err_detail *detail)
 {
     *plane_count = 0;
     for (size_t i = 0; i < layer_count; i++) {
@@ -41,13 +41,13 @@ enum bd_err bd_layers_to_planes(const struct bd_named_layer *layers, size_t laye
         const char *letters = channel_letters(layers[i].name, image->channel_count);
         if (image->width_px != layers[0].image->width_px ||
             image->height_px != layers[0].image->height_px)
-            return bd_fault_set(fault, BD_ERR_USAGE, "layers", "layer %s has another size",
-                                layers[i].name);
+            return bd_err_set(detail, BD_ERR_USAGE, "layers", "layer %s has another size",
+                              layers[i].name);
         if (image->channel_count > strlen(letters) ||
             *plane_count + image->channel_count > BD_EXR_CHANNEL_MAX)
-            return bd_fault_set(fault, BD_ERR_LIMIT, "layers",
-                                "layer %s has %u planes, which is more than fit", layers[i].name,
-                                image->channel_count);
+            return bd_err_set(detail, BD_ERR_LIMIT, "layers",
+                              "layer %s has %u planes, which is more than fit", layers[i].name,
+                              image->channel_count);
         for (uint32_t c = 0; c < image->channel_count; c++) {
             struct bd_exr_plane *plane = &planes[(*plane_count)++];
             channel_name(plane->name, layers[i].name, letters[c]);
@@ -59,14 +59,14 @@ enum bd_err bd_layers_to_planes(const struct bd_named_layer *layers, size_t laye
 }
 
 static enum bd_err no_such_layer(const struct bd_exr *exr, const char *layer,
-                                 struct bd_fault *fault)
+                                 struct bd_err_detail *detail)
 {
     char names[400] = "";
     size_t used = 0;
     for (uint32_t i = 0; i < exr->channel_count && used < sizeof names - 1; i++)
         used += (size_t)snprintf(names + used, sizeof names - used, " %s", exr->channels[i].name);
-    return bd_fault_set(fault, BD_ERR_NOT_FOUND, "layer", "no layer %.40s; the file's channels:%s",
-                        layer, names);
+    return bd_err_set(detail, BD_ERR_NOT_FOUND, "layer", "no layer %.40s; the file's channels:%s",
+                      layer, names);
 }
 
 // The planes of a layer, tried as three channels and then as one. Returns how many there are.
@@ -90,13 +90,13 @@ static uint32_t find_planes(const struct bd_exr *exr, const char *layer, const f
 }
 
 enum bd_err bd_layer_from_exr(const struct bd_exr *exr, const char *layer, struct bd_image **out,
-                              struct bd_fault *fault)
+                              struct bd_err_detail *detail)
 {
     const float *planes[3];
     uint32_t count = find_planes(exr, layer, planes);
-    if (!count) return no_such_layer(exr, layer, fault);
+    if (!count) return no_such_layer(exr, layer, detail);
     struct bd_image *image = bd_image_create(exr->width_px, exr->height_px, count);
-    if (!image) return bd_fault_set(fault, BD_ERR_NO_MEMORY, "layer", "no memory for a layer");
+    if (!image) return bd_err_set(detail, BD_ERR_NO_MEMORY, "layer", "no memory for a layer");
     size_t pixel_count = (size_t)exr->width_px * exr->height_px;
     for (size_t p = 0; p < pixel_count; p++)
         for (uint32_t c = 0; c < count; c++) image->pixels[p * count + c] = planes[c][p];

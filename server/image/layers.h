@@ -33,7 +33,7 @@ struct bd_named_layer {
 BD_MUST_CHECK
 enum bd_err bd_layers_to_planes(const struct bd_named_layer *layers, size_t layer_count,
                                 struct bd_exr_plane planes[BD_EXR_CHANNEL_MAX], size_t *plane_count,
-                                struct bd_fault *fault);
+                                struct bd_err_detail *detail);
 
 enum bd_half { BD_HALF_A, BD_HALF_B, BD_HALF_COUNT };
 
@@ -45,6 +45,6 @@ void bd_layer_half_name(enum bd_half half, const char *layer, char name[BD_EXR_C
 // its alpha, since nothing is measured on it. BD_ERR_NOT_FOUND names what the file does have.
 BD_MUST_CHECK
 enum bd_err bd_layer_from_exr(const struct bd_exr *exr, const char *layer, struct bd_image **out,
-                              struct bd_fault *fault);
+                              struct bd_err_detail *detail);
 
 #endif

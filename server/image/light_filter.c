@@ -84,7 +84,7 @@ static void look_at_light(struct bd_light_filter *f)
 }
 
 enum bd_err bd_light_filter_create(const struct bd_light_filter_inputs *inputs,
-                                   struct bd_light_filter **out, struct bd_fault *fault)
+                                   struct bd_light_filter **out, struct bd_err_detail *detail)
 {
     const struct bd_image *light = inputs->half[0];
     struct bd_light_filter *f = calloc(1, sizeof *f);
@@ -100,8 +100,8 @@ enum bd_err bd_light_filter_create(const struct bd_light_filter_inputs *inputs,
                                         sizeof *f->planes);
     if (f->is_needed && !f->planes) {
         free(f);
-        return bd_fault_set(fault, BD_ERR_NO_MEMORY, "size", "no memory to filter %ux%u pixels",
-                            light->width_px, light->height_px);
+        return bd_err_set(detail, BD_ERR_NO_MEMORY, "size", "no memory to filter %ux%u pixels",
+                          light->width_px, light->height_px);
     }
     *out = f;
     return BD_ERR_OK;
@@ -449,10 +449,10 @@ void bd_light_filter_store_doubt(const struct bd_light_filter *filter, struct bd
 }
 
 enum bd_err bd_light_filter_run(const struct bd_light_filter_inputs *inputs, struct bd_image *light,
-                                struct bd_fault *fault)
+                                struct bd_err_detail *detail)
 {
     struct bd_light_filter *filter;
-    enum bd_err err = bd_light_filter_create(inputs, &filter, fault);
+    enum bd_err err = bd_light_filter_create(inputs, &filter, detail);
     if (err) return err;
     for (uint32_t pass = 0; pass < bd_light_filter_pass_count(filter); pass++)
         for (uint32_t y = 0; y < light->height_px; y++) bd_light_filter_row(filter, pass, y);

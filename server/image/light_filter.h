@@ -43,7 +43,7 @@ struct bd_light_filter;
 // 88 bytes a pixel. BD_ERR_NO_MEMORY.
 BD_MUST_CHECK
 enum bd_err bd_light_filter_create(const struct bd_light_filter_inputs *inputs,
-                                   struct bd_light_filter **out, struct bd_fault *fault);
+                                   struct bd_light_filter **out, struct bd_err_detail *detail);
 void bd_light_filter_destroy(struct bd_light_filter **filter);
 
 // False: the halves are the same everywhere, and there is nothing to be done.
@@ -66,7 +66,7 @@ void bd_light_filter_store_doubt(const struct bd_light_filter *filter, struct bd
 // All of it, on this thread. BD_ERR_NO_MEMORY leaves `light` alone.
 BD_MUST_CHECK
 enum bd_err bd_light_filter_run(const struct bd_light_filter_inputs *inputs, struct bd_image *light,
-                                struct bd_fault *fault);
+                                struct bd_err_detail *detail);
 
 // Beauty of what became of its parts: direct, indirect and emission, of 3 channels. Its alpha
 // stays.

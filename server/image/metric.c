@@ -61,27 +61,27 @@ static bool same_shape(const struct bd_image *a, const struct bd_image *b)
 }
 
 static enum bd_err shapes_differ(const char *field, const char *what, const struct bd_image *a,
-                                 const struct bd_image *b, struct bd_fault *fault)
+                                 const struct bd_image *b, struct bd_err_detail *detail)
 {
-    return bd_fault_set(fault, BD_ERR_USAGE, field, "%s: %ux%ux%u and %ux%ux%u", what, a->width_px,
-                        a->height_px, a->channel_count, b->width_px, b->height_px,
-                        b->channel_count);
+    return bd_err_set(detail, BD_ERR_USAGE, field, "%s: %ux%ux%u and %ux%ux%u", what, a->width_px,
+                      a->height_px, a->channel_count, b->width_px, b->height_px, b->channel_count);
 }
 
-static enum bd_err check_shapes(const struct bd_metric_input *input, struct bd_fault *fault)
+static enum bd_err check_shapes(const struct bd_metric_input *input, struct bd_err_detail *detail)
 {
     const struct bd_image *const *reference = input->reference, *const *image = input->image;
     if (!same_shape(reference[0], reference[1]))
         return shapes_differ("reference", "the reference's halves differ", reference[0],
-                             reference[1], fault);
+                             reference[1], detail);
     if (!same_shape(image[0], image[1]))
-        return shapes_differ("image", "the image's halves differ", image[0], image[1], fault);
+        return shapes_differ("image", "the image's halves differ", image[0], image[1], detail);
     if (!same_shape(reference[0], image[0]))
-        return shapes_differ("image", "reference and image differ", reference[0], image[0], fault);
+        return shapes_differ("image", "reference and image differ", reference[0], image[0], detail);
     return BD_ERR_OK;
 }
 
-static enum bd_err check_reference(const struct bd_metric_input *input, struct bd_fault *fault)
+static enum bd_err check_reference(const struct bd_metric_input *input,
+                                   struct bd_err_detail *detail)
 {
     const struct bd_image *a = input->reference[0], *b = input->reference[1];
     size_t count = (size_t)a->width_px * a->height_px * a->channel_count, bad = 0, first = 0;
@@ -90,10 +90,10 @@ static enum bd_err check_reference(const struct bd_metric_input *input, struct b
         if (!bad++) first = i / a->channel_count;
     }
     if (!bad) return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_BAD_INPUT, "reference",
-                        "the reference has %zu samples that are NaN or infinite, the first in "
-                        "pixel %zu,%zu: nothing can be measured against it",
-                        bad, first % a->width_px, first / a->width_px);
+    return bd_err_set(detail, BD_ERR_BAD_INPUT, "reference",
+                      "the reference has %zu samples that are NaN or infinite, the first in "
+                      "pixel %zu,%zu: nothing can be measured against it",
+                      bad, first % a->width_px, first / a->width_px);
 }
 
 // --- measuring ------------------------------------------------------------------------------
@@ -214,7 +214,7 @@ static bool is_present(const struct bd_metric_input *input, const struct bd_metr
     return true;
 }
 
-static enum bd_err find_intervals(struct measuring *m, struct bd_fault *fault)
+static enum bd_err find_intervals(struct measuring *m, struct bd_err_detail *detail)
 {
     static const double levels[2] = {0.99, 0.999};
     _Static_assert(BD_METRIC_P999 == BD_METRIC_P99 + 1, "one call finds both");
@@ -222,17 +222,17 @@ static enum bd_err find_intervals(struct measuring *m, struct bd_fault *fault)
     size_t tile_count = bd_tiles_count(&out->tiles);
     struct bd_statistics statistics = {BD_TERM_COUNT, BD_METRIC_SUM_COUNT, bd_metric_evaluate,
                                        &m->scale};
-    enum bd_err err = bd_bootstrap(&statistics, m->sums, tile_count, out->figures, fault);
+    enum bd_err err = bd_bootstrap(&statistics, m->sums, tile_count, out->figures, detail);
     if (!err)
         err = bd_bootstrap_quantiles(m->relative, out->pixel_count, tile_count, levels, 2,
-                                     &out->figures[BD_METRIC_P99], fault);
+                                     &out->figures[BD_METRIC_P99], detail);
     if (err) return err;
     for (int i = 0; i < BD_METRIC_SUM_COUNT; i++)
         if (is_present(m->input, out, (enum bd_metric)i)) out->states[i] = BD_METRIC_WITH_INTERVAL;
     return BD_ERR_OK;
 }
 
-static enum bd_err measure(struct measuring *m, struct bd_fault *fault)
+static enum bd_err measure(struct measuring *m, struct bd_err_detail *detail)
 {
     const struct bd_image *image = m->input->image[0];
     size_t pixel_count = (size_t)image->width_px * image->height_px;
@@ -242,7 +242,7 @@ static enum bd_err measure(struct measuring *m, struct bd_fault *fault)
             ? BD_SSIM_MARGIN_PX
             : 0;
     enum bd_err err = BD_ERR_OK;
-    if (m->input->display) err = bd_metric_display_measure(m->input, &m->display, fault);
+    if (m->input->display) err = bd_metric_display_measure(m->input, &m->display, detail);
     if (err) return err;
     walk(m);
     if (!m->out->pixel_count) return BD_ERR_OK;
@@ -252,14 +252,14 @@ static enum bd_err measure(struct measuring *m, struct bd_fault *fault)
         set_value(m->out, BD_METRIC_HDR_FLIP_MEDIAN,
                   weighted_median(m->display.hdr_flip, pixel_count));
     }
-    return find_intervals(m, fault);
+    return find_intervals(m, detail);
 }
 
 enum bd_err bd_metrics_measure(const struct bd_metric_input *input, struct bd_metrics *out,
-                               struct bd_fault *fault)
+                               struct bd_err_detail *detail)
 {
-    enum bd_err err = check_shapes(input, fault);
-    if (!err) err = check_reference(input, fault);
+    enum bd_err err = check_shapes(input, detail);
+    if (!err) err = check_reference(input, detail);
     if (err) return err;
     const struct bd_image *image = input->image[0];
     BD_ASSERT(!input->display || image->channel_count == 3);
@@ -276,9 +276,9 @@ enum bd_err bd_metrics_measure(const struct bd_metric_input *input, struct bd_me
         .out = out,
     };
     if (m.sums && m.relative)
-        err = measure(&m, fault);
+        err = measure(&m, detail);
     else
-        err = bd_fault_set(fault, BD_ERR_NO_MEMORY, "metric", "no memory to measure with");
+        err = bd_err_set(detail, BD_ERR_NO_MEMORY, "metric", "no memory to measure with");
     bd_metric_display_finish(&m.display);
     free(m.sums);
     free(m.relative);

@@ -114,7 +114,7 @@ struct bd_metrics {
 // if the reference is NaN or infinite somewhere, BD_ERR_NO_MEMORY.
 BD_MUST_CHECK
 enum bd_err bd_metrics_measure(const struct bd_metric_input *input, struct bd_metrics *out,
-                               struct bd_fault *fault);
+                               struct bd_err_detail *detail);
 
 // Of one pixel, p counted along rows: e averaged over channels, as error maps show it. NaN where
 // the picture is not finite.

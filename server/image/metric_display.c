@@ -16,9 +16,9 @@ struct pictures {
     float *luma[SIDE_COUNT];
 };
 
-static enum bd_err no_memory(struct bd_fault *fault)
+static enum bd_err no_memory(struct bd_err_detail *detail)
 {
-    return bd_fault_set(fault, BD_ERR_NO_MEMORY, "metric", "no memory to measure with");
+    return bd_err_set(detail, BD_ERR_NO_MEMORY, "metric", "no memory to measure with");
 }
 
 static size_t pixel_count_of(const struct bd_metric_input *input)
@@ -36,7 +36,7 @@ static void close_pictures(struct pictures *pictures)
 }
 
 static enum bd_err open_pictures(const struct bd_metric_input *input, struct pictures *pictures,
-                                 struct bd_fault *fault)
+                                 struct bd_err_detail *detail)
 {
     uint32_t width_px = input->image[0]->width_px, height_px = input->image[0]->height_px;
     *pictures = (struct pictures){0};
@@ -46,7 +46,7 @@ static enum bd_err open_pictures(const struct bd_metric_input *input, struct pic
         pictures->luma[s] = malloc(pixel_count_of(input) * sizeof(float));
         if (pictures->linear[s] && pictures->shown[s] && pictures->luma[s]) continue;
         close_pictures(pictures);
-        return no_memory(fault);
+        return no_memory(detail);
     }
     return BD_ERR_OK;
 }
@@ -98,10 +98,10 @@ static void clamp(const struct bd_image *image, struct bd_image *out)
 }
 
 static enum bd_err measure_planes(const struct bd_metric_input *input, struct pictures *pictures,
-                                  struct bd_metric_display *out, struct bd_fault *fault)
+                                  struct bd_metric_display *out, struct bd_err_detail *detail)
 {
     struct bd_luminance_range range;
-    if (!bd_luminance_range(pictures->linear[REFERENCE], &range)) return no_memory(fault);
+    if (!bd_luminance_range(pictures->linear[REFERENCE], &range)) return no_memory(detail);
     out->exposure = range.high > 0 && !input->shown ? 1 / range.high : 1;
     out->hdr_exposures = bd_flip_exposures(range.median, range.max);
     for (int s = 0; s < SIDE_COUNT; s++) {
@@ -111,21 +111,21 @@ static enum bd_err measure_planes(const struct bd_metric_input *input, struct pi
             bd_display_image(pictures->linear[s], out->exposure, pictures->shown[s]);
     }
     enum bd_err err = bd_flip_ldr(pictures->shown[REFERENCE], pictures->shown[IMAGE], input->ppd,
-                                  out->flip, fault);
+                                  out->flip, detail);
     if (!err && input->shown)
         memset(out->hdr_flip, 0, pixel_count_of(input) * sizeof *out->hdr_flip);
     else if (!err)
         err = bd_flip_hdr(pictures->linear[REFERENCE], pictures->linear[IMAGE], input->ppd,
-                          &out->hdr_exposures, out->hdr_flip, fault);
+                          &out->hdr_exposures, out->hdr_flip, detail);
     if (err) return err;
     for (int s = 0; s < SIDE_COUNT; s++) code(pictures->shown[s], pictures->luma[s]);
     measure_squares(pictures, pixel_count_of(input), out->square);
     struct bd_plane_size size = {input->image[0]->width_px, input->image[0]->height_px};
-    return bd_ssim(pictures->luma[REFERENCE], pictures->luma[IMAGE], size, out->ssim, fault);
+    return bd_ssim(pictures->luma[REFERENCE], pictures->luma[IMAGE], size, out->ssim, detail);
 }
 
 enum bd_err bd_metric_display_measure(const struct bd_metric_input *input,
-                                      struct bd_metric_display *out, struct bd_fault *fault)
+                                      struct bd_metric_display *out, struct bd_err_detail *detail)
 {
     size_t count = pixel_count_of(input);
     *out = (struct bd_metric_display){
@@ -137,12 +137,12 @@ enum bd_err bd_metric_display_measure(const struct bd_metric_input *input,
     enum bd_err err = BD_ERR_OK;
     struct pictures pictures = {0};
     if (!out->square || !out->ssim || !out->flip || !out->hdr_flip)
-        err = no_memory(fault);
+        err = no_memory(detail);
     else
-        err = open_pictures(input, &pictures, fault);
+        err = open_pictures(input, &pictures, detail);
     if (!err) {
         load_pictures(input, &pictures);
-        err = measure_planes(input, &pictures, out, fault);
+        err = measure_planes(input, &pictures, out, detail);
         close_pictures(&pictures);
     }
     if (err) bd_metric_display_finish(out);

@@ -18,7 +18,7 @@ struct bd_metric_display {
 // to the reference's. BD_ERR_NO_MEMORY.
 BD_MUST_CHECK
 enum bd_err bd_metric_display_measure(const struct bd_metric_input *input,
-                                      struct bd_metric_display *out, struct bd_fault *fault);
+                                      struct bd_metric_display *out, struct bd_err_detail *detail);
 void bd_metric_display_finish(struct bd_metric_display *display);
 
 #endif

@@ -68,16 +68,16 @@ static int encode(spng_ctx *ctx, const struct bd_pixels8 *pixels,
 }
 
 enum bd_err bd_png_encode(const struct bd_pixels8 *pixels, const struct bd_manifest *manifest,
-                          struct bd_bytes *out, struct bd_fault *fault)
+                          struct bd_bytes *out, struct bd_err_detail *detail)
 {
     BD_ASSERT(pixels->channel_count == 3 || pixels->channel_count == 4);
     spng_ctx *ctx = spng_ctx_new(SPNG_CTX_ENCODER);
-    if (!ctx) return bd_fault_set(fault, BD_ERR_NO_MEMORY, "png", "no memory for a PNG encoder");
+    if (!ctx) return bd_err_set(detail, BD_ERR_NO_MEMORY, "png", "no memory for a PNG encoder");
     int rv = encode(ctx, pixels, manifest, out);
     spng_ctx_free(ctx);
     if (!rv) return BD_ERR_OK;
     bd_bytes_finish(out);
-    return bd_fault_set(fault,
-                        rv == SPNG_EMEM || rv == SPNG_IO_ERROR ? BD_ERR_NO_MEMORY : BD_ERR_INTERNAL,
-                        "png", "cannot encode PNG: %s", spng_strerror(rv));
+    return bd_err_set(detail,
+                      rv == SPNG_EMEM || rv == SPNG_IO_ERROR ? BD_ERR_NO_MEMORY : BD_ERR_INTERNAL,
+                      "png", "cannot encode PNG: %s", spng_strerror(rv));
 }

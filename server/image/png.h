@@ -20,6 +20,6 @@ struct bd_pixels8 {
 // `*out` must be empty; free it with bd_bytes_finish.
 BD_MUST_CHECK
 enum bd_err bd_png_encode(const struct bd_pixels8 *pixels, const struct bd_manifest *manifest,
-                          struct bd_bytes *out, struct bd_fault *fault);
+                          struct bd_bytes *out, struct bd_err_detail *detail);
 
 #endif

@@ -21,9 +21,9 @@ struct head {
     double exposure;
 };
 
-static enum bd_err refuse(struct bd_fault *fault, const char *why)
+static enum bd_err refuse(struct bd_err_detail *detail, const char *why)
 {
-    return bd_fault_set(fault, BD_ERR_BAD_INPUT, "hdr", "cannot read Radiance picture: %s", why);
+    return bd_err_set(detail, BD_ERR_BAD_INPUT, "hdr", "cannot read Radiance picture: %s", why);
 }
 
 bool bd_rgbe_is(const void *bytes, size_t size_bytes)
@@ -54,50 +54,50 @@ static bool take_line(struct input *in, char out[LINE_MAX])
     return true;
 }
 
-static enum bd_err read_variable(const char *line, struct head *head, struct bd_fault *fault)
+static enum bd_err read_variable(const char *line, struct head *head, struct bd_err_detail *detail)
 {
     if (strncmp(line, "FORMAT=", 7) == 0 && strcmp(line + 7, "32-bit_rle_rgbe") != 0)
-        return bd_fault_set(fault, BD_ERR_UNSUPPORTED, "hdr",
-                            "Radiance pictures of FORMAT %.40s are not read; 32-bit_rle_rgbe is",
-                            line + 7);
+        return bd_err_set(detail, BD_ERR_UNSUPPORTED, "hdr",
+                          "Radiance pictures of FORMAT %.40s are not read; 32-bit_rle_rgbe is",
+                          line + 7);
     if (strncmp(line, "EXPOSURE=", 9) != 0) return BD_ERR_OK;
     head->exposure *= strtod(line + 9, NULL);
     if (!(head->exposure > 1e-30 && head->exposure < 1e30))
-        return refuse(fault, "EXPOSURE is not from 1e-30 to 1e30");
+        return refuse(detail, "EXPOSURE is not from 1e-30 to 1e30");
     return BD_ERR_OK;
 }
 
 static enum bd_err read_head(struct input *in, uint32_t side_px_max, struct head *head,
-                             struct bd_fault *fault)
+                             struct bd_err_detail *detail)
 {
     char line[LINE_MAX];
     enum bd_err err = BD_ERR_OK;
     head->exposure = 1;
     do {
-        if (!take_line(in, line)) return refuse(fault, "its head ends early");
-        err = read_variable(line, head, fault);
+        if (!take_line(in, line)) return refuse(detail, "its head ends early");
+        err = read_variable(line, head, detail);
     } while (!err && line[0]);
     if (err) return err;
-    if (!take_line(in, line)) return refuse(fault, "its head ends early");
+    if (!take_line(in, line)) return refuse(detail, "its head ends early");
     char y_sign, x_sign, rest;
     long long height, width;
     if (sscanf(line, "%cX %9lld %cY %9lld", &x_sign, &width, &y_sign, &height) == 4)
-        return bd_fault_set(fault, BD_ERR_UNSUPPORTED, "hdr",
-                            "Radiance pictures on their side are not read");
+        return bd_err_set(detail, BD_ERR_UNSUPPORTED, "hdr",
+                          "Radiance pictures on their side are not read");
     if (sscanf(line, "%cY %9lld %cX %9lld%c", &y_sign, &height, &x_sign, &width, &rest) != 4 ||
         (y_sign != '-' && y_sign != '+') || (x_sign != '-' && x_sign != '+') || width < 1 ||
         height < 1)
-        return refuse(fault, "the line of its size is not -Y HEIGHT +X WIDTH");
+        return refuse(detail, "the line of its size is not -Y HEIGHT +X WIDTH");
     if (width > side_px_max || height > side_px_max)
-        return bd_fault_set(fault, BD_ERR_LIMIT, "hdr",
-                            "Radiance picture of %lldx%lld; at most %u "
-                            "a side",
-                            width, height, side_px_max);
+        return bd_err_set(detail, BD_ERR_LIMIT, "hdr",
+                          "Radiance picture of %lldx%lld; at most %u "
+                          "a side",
+                          width, height, side_px_max);
     // No row takes less than one pixel.
     if ((uint64_t)height * 4 > in->left)
-        return bd_fault_set(fault, BD_ERR_BAD_INPUT, "hdr",
-                            "Radiance picture of %lldx%lld in %zu bytes is truncated", width,
-                            height, in->left);
+        return bd_err_set(detail, BD_ERR_BAD_INPUT, "hdr",
+                          "Radiance picture of %lldx%lld in %zu bytes is truncated", width, height,
+                          in->left);
     head->width_px = (uint32_t)width;
     head->height_px = (uint32_t)height;
     head->is_upwards = y_sign == '+';
@@ -166,22 +166,22 @@ static void convert_row(const uint8_t *row, const struct head *head, float *out)
 }
 
 enum bd_err bd_rgbe_read(const void *bytes, size_t size_bytes, uint32_t side_px_max,
-                         struct bd_image **out, struct bd_fault *fault)
+                         struct bd_image **out, struct bd_err_detail *detail)
 {
     *out = NULL;
-    if (!bd_rgbe_is(bytes, size_bytes)) return refuse(fault, "it does not begin with #?");
+    if (!bd_rgbe_is(bytes, size_bytes)) return refuse(detail, "it does not begin with #?");
     struct input in = {bytes, size_bytes};
     struct head head = {0};
-    enum bd_err err = read_head(&in, side_px_max, &head, fault);
+    enum bd_err err = read_head(&in, side_px_max, &head, detail);
     if (err) return err;
     struct bd_image *image = bd_image_create(head.width_px, head.height_px, 3);
     uint8_t *row = malloc(4 * (size_t)head.width_px);
     if (!image || !row)
-        err = bd_fault_set(fault, BD_ERR_NO_MEMORY, "hdr", "no memory for the Radiance picture");
+        err = bd_err_set(detail, BD_ERR_NO_MEMORY, "hdr", "no memory for the Radiance picture");
     for (uint32_t y = 0; !err && y < head.height_px; y++) {
         if (!read_row(&in, head.width_px, row))
-            err = bd_fault_set(fault, BD_ERR_BAD_INPUT, "hdr",
-                               "cannot read Radiance picture: row %u is damaged or missing", y);
+            err = bd_err_set(detail, BD_ERR_BAD_INPUT, "hdr",
+                             "cannot read Radiance picture: row %u is damaged or missing", y);
         else
             convert_row(row, &head,
                         bd_image_at(image, 0, head.is_upwards ? head.height_px - 1 - y : y));

@@ -23,6 +23,6 @@ bool bd_rgbe_is(const void *bytes, size_t size_bytes);
 // truncated bytes are BD_ERR_BAD_INPUT, more than `side_px_max` a side BD_ERR_LIMIT.
 BD_MUST_CHECK
 enum bd_err bd_rgbe_read(const void *bytes, size_t size_bytes, uint32_t side_px_max,
-                         struct bd_image **out, struct bd_fault *fault);
+                         struct bd_image **out, struct bd_err_detail *detail);
 
 #endif

@@ -29,30 +29,30 @@ static float linear_of(double code)
 
 // --- planes ---------------------------------------------------------------------------------
 
-static enum bd_err no_memory(struct bd_fault *fault)
+static enum bd_err no_memory(struct bd_err_detail *detail)
 {
-    return bd_fault_set(fault, BD_ERR_NO_MEMORY, "picture", "no memory for the picture");
+    return bd_err_set(detail, BD_ERR_NO_MEMORY, "picture", "no memory for the picture");
 }
 
 static enum bd_err create(uint32_t width_px, uint32_t height_px, const struct bd_exr_limits *limits,
-                          struct bd_exr **out, struct bd_fault *fault)
+                          struct bd_exr **out, struct bd_err_detail *detail)
 {
     uint64_t pixels = (uint64_t)width_px * height_px;
     if (width_px > limits->side_px_max || height_px > limits->side_px_max ||
         pixels * 3 * sizeof(float) > limits->size_bytes_max)
-        return bd_fault_set(fault, BD_ERR_LIMIT, "picture",
-                            "%ux%u pixels, limits %u a side and %llu bytes of planes", width_px,
-                            height_px, limits->side_px_max,
-                            (unsigned long long)limits->size_bytes_max);
+        return bd_err_set(detail, BD_ERR_LIMIT, "picture",
+                          "%ux%u pixels, limits %u a side and %llu bytes of planes", width_px,
+                          height_px, limits->side_px_max,
+                          (unsigned long long)limits->size_bytes_max);
     *out = calloc(1, sizeof **out);
-    if (!*out) return no_memory(fault);
+    if (!*out) return no_memory(detail);
     (*out)->width_px = width_px;
     (*out)->height_px = height_px;
     (*out)->channel_count = 3;
     for (uint32_t c = 0; c < 3; c++) {
         (*out)->channels[c].name[0] = "RGB"[c];
         (*out)->channels[c].samples = malloc(pixels * sizeof(float));
-        if (!(*out)->channels[c].samples) return no_memory(fault);
+        if (!(*out)->channels[c].samples) return no_memory(detail);
     }
     return BD_ERR_OK;
 }
@@ -75,55 +75,55 @@ static bool add_attribute(struct bd_exr *exr, const char *key, size_t key_length
 // Texts are kept, up to what a manifest of ours has at most.
 #define PNG_TEXT_BYTES_MAX ((size_t)1 << 20)
 
-static enum bd_err read_texts(spng_ctx *png, struct bd_exr *exr, struct bd_fault *fault)
+static enum bd_err read_texts(spng_ctx *png, struct bd_exr *exr, struct bd_err_detail *detail)
 {
     uint32_t count = 0;
     if (spng_get_text(png, NULL, &count) || count == 0) return BD_ERR_OK;
     struct spng_text *texts = calloc(count, sizeof *texts);
-    if (!texts) return no_memory(fault);
+    if (!texts) return no_memory(detail);
     bool kept = true;
     if (spng_get_text(png, texts, &count) == 0)
         for (uint32_t i = 0; kept && i < count; i++)
             kept = add_attribute(exr, texts[i].keyword, sizeof texts[i].keyword, texts[i].text,
                                  texts[i].length);
     free(texts);
-    return kept ? BD_ERR_OK : no_memory(fault);
+    return kept ? BD_ERR_OK : no_memory(detail);
 }
 
-static enum bd_err png_fault(int code, struct bd_fault *fault)
+static enum bd_err png_err(int code, struct bd_err_detail *detail)
 {
-    if (code == SPNG_EMEM) return no_memory(fault);
-    return bd_fault_set(fault, BD_ERR_BAD_INPUT, "picture", "broken PNG: %s", spng_strerror(code));
+    if (code == SPNG_EMEM) return no_memory(detail);
+    return bd_err_set(detail, BD_ERR_BAD_INPUT, "picture", "broken PNG: %s", spng_strerror(code));
 }
 
-static enum bd_err decode_png(spng_ctx *png, struct bd_exr *exr, struct bd_fault *fault)
+static enum bd_err decode_png(spng_ctx *png, struct bd_exr *exr, struct bd_err_detail *detail)
 {
     size_t pixels = (size_t)exr->width_px * exr->height_px;
     uint16_t *rgba = malloc(pixels * 4 * sizeof *rgba);
-    if (!rgba) return no_memory(fault);
+    if (!rgba) return no_memory(detail);
     int code = spng_decode_image(png, rgba, pixels * 4 * sizeof *rgba, SPNG_FMT_RGBA16,
                                  SPNG_DECODE_TRNS);
     for (size_t i = 0; !code && i < pixels; i++)
         for (uint32_t c = 0; c < 3; c++)
             exr->channels[c].samples[i] = linear_of(rgba[4 * i + c] / 65535.0);
     free(rgba);
-    return code ? png_fault(code, fault) : read_texts(png, exr, fault);
+    return code ? png_err(code, detail) : read_texts(png, exr, detail);
 }
 
 static enum bd_err read_png(const void *bytes, size_t size_bytes,
                             const struct bd_exr_limits *limits, struct bd_exr **out,
-                            struct bd_fault *fault)
+                            struct bd_err_detail *detail)
 {
     struct spng_ihdr header = {0};
     spng_ctx *png = spng_ctx_new(0);
-    if (!png) return no_memory(fault);
+    if (!png) return no_memory(detail);
     int code = spng_set_chunk_limits(png, PNG_TEXT_BYTES_MAX, PNG_TEXT_BYTES_MAX);
     if (!code) code = spng_set_crc_action(png, SPNG_CRC_ERROR, SPNG_CRC_DISCARD);
     if (!code) code = spng_set_png_buffer(png, bytes, size_bytes);
     if (!code) code = spng_get_ihdr(png, &header);
-    enum bd_err err = code ? png_fault(code, fault)
-                           : create(header.width, header.height, limits, out, fault);
-    if (!err) err = decode_png(png, *out, fault);
+    enum bd_err err =
+        code ? png_err(code, detail) : create(header.width, header.height, limits, out, detail);
+    if (!err) err = decode_png(png, *out, detail);
     spng_ctx_free(png);
     return err;
 }
@@ -132,7 +132,7 @@ static enum bd_err read_png(const void *bytes, size_t size_bytes,
 
 // Lines KEY=VALUE of the first comment, as bd_jpeg_encode writes them.
 static enum bd_err read_comment(const uint8_t *bytes, size_t size_bytes, struct bd_exr *exr,
-                                struct bd_fault *fault)
+                                struct bd_err_detail *detail)
 {
     size_t at = 2;
     while (at + 4 <= size_bytes && bytes[at] == 0xff && bytes[at + 1] != 0xda) {
@@ -148,7 +148,7 @@ static enum bd_err read_comment(const uint8_t *bytes, size_t size_bytes, struct 
             const char *equals = memchr(line, '=', (size_t)(stop - line));
             if (equals && !add_attribute(exr, line, (size_t)(equals - line), equals + 1,
                                          (size_t)(stop - equals - 1)))
-                return no_memory(fault);
+                return no_memory(detail);
             line = stop + 1;
         }
         return BD_ERR_OK;
@@ -158,31 +158,31 @@ static enum bd_err read_comment(const uint8_t *bytes, size_t size_bytes, struct 
 
 static enum bd_err read_jpeg(const void *bytes, size_t size_bytes,
                              const struct bd_exr_limits *limits, struct bd_exr **out,
-                             struct bd_fault *fault)
+                             struct bd_err_detail *detail)
 {
     const struct bd_decode_limits decode = {limits->side_px_max,
                                             limits->size_bytes_max / (3 * sizeof(float))};
     uint32_t width_px, height_px;
     uint8_t *rgba = NULL;
     enum bd_err err = bd_picture_decode(bytes, size_bytes, &decode, "picture", &width_px,
-                                        &height_px, &rgba, fault);
+                                        &height_px, &rgba, detail);
     if (err) return err;
-    err = create(width_px, height_px, limits, out, fault);
+    err = create(width_px, height_px, limits, out, detail);
     size_t pixels = (size_t)width_px * height_px;
     for (size_t i = 0; !err && i < pixels; i++)
         for (uint32_t c = 0; c < 3; c++)
             (*out)->channels[c].samples[i] = linear_of(rgba[4 * i + c] / 255.0);
     free(rgba);
-    return err ? err : read_comment(bytes, size_bytes, *out, fault);
+    return err ? err : read_comment(bytes, size_bytes, *out, detail);
 }
 
 enum bd_err bd_shown_read(const void *bytes, size_t size_bytes, const struct bd_exr_limits *limits,
-                          struct bd_exr **out, struct bd_fault *fault)
+                          struct bd_exr **out, struct bd_err_detail *detail)
 {
     *out = NULL;
     bool is_png = begins_with(bytes, size_bytes, png_magic, sizeof png_magic);
-    enum bd_err err = is_png ? read_png(bytes, size_bytes, limits, out, fault)
-                             : read_jpeg(bytes, size_bytes, limits, out, fault);
+    enum bd_err err = is_png ? read_png(bytes, size_bytes, limits, out, detail)
+                             : read_jpeg(bytes, size_bytes, limits, out, detail);
     if (err) bd_exr_destroy(out);
     return err;
 }
@@ -225,12 +225,12 @@ static bool keep_colours(struct bd_exr *exr, float *planes[3])
 }
 
 enum bd_err bd_show_exr(struct bd_exr *exr, const struct bd_showing *showing,
-                        struct bd_fault *fault)
+                        struct bd_err_detail *detail)
 {
     float *planes[3];
     if (!keep_colours(exr, planes))
-        return bd_fault_set(fault, BD_ERR_NOT_FOUND, "layer",
-                            "no R, G and B, which a PNG or JPEG shows");
+        return bd_err_set(detail, BD_ERR_NOT_FOUND, "layer",
+                          "no R, G and B, which a PNG or JPEG shows");
     const float scale = exp2f(showing->stops);
     for (size_t p = 0; p < (size_t)exr->width_px * exr->height_px; p++) {
         const float rgb[3] = {planes[0][p], planes[1][p], planes[2][p]};

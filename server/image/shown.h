@@ -22,7 +22,7 @@ bool bd_shown_is(const void *bytes, size_t size_bytes);
 // broken bytes, BD_ERR_LIMIT for sizes above `limits`, before memory is taken for them.
 BD_MUST_CHECK
 enum bd_err bd_shown_read(const void *bytes, size_t size_bytes, const struct bd_exr_limits *limits,
-                          struct bd_exr **out, struct bd_fault *fault);
+                          struct bd_exr **out, struct bd_err_detail *detail);
 
 // How a picture was shown, by its attributes. False, and `*out` exposure 0 in `linear`, where they
 // do not say.
@@ -36,6 +36,6 @@ bool bd_showing_of(const struct bd_exr *picture, struct bd_showing *out);
 // curve, and nothing else. BD_ERR_NOT_FOUND where it lacks one of them.
 BD_MUST_CHECK
 enum bd_err bd_show_exr(struct bd_exr *exr, const struct bd_showing *showing,
-                        struct bd_fault *fault);
+                        struct bd_err_detail *detail);
 
 #endif

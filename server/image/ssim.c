@@ -20,11 +20,11 @@ static float similarity(float mean_a, float mean_b, float square_a, float square
 }
 
 enum bd_err bd_ssim(const float *a, const float *b, struct bd_plane_size size, float *map,
-                    struct bd_fault *fault)
+                    struct bd_err_detail *detail)
 {
     size_t count = size.width_px * size.height_px;
     float *planes = malloc(count * PLANE_COUNT * sizeof *planes);
-    if (!planes) return bd_fault_set(fault, BD_ERR_NO_MEMORY, "ssim", "no memory for SSIM");
+    if (!planes) return bd_err_set(detail, BD_ERR_NO_MEMORY, "ssim", "no memory for SSIM");
     float *at[PLANE_COUNT];
     for (int i = 0; i < PLANE_COUNT; i++) at[i] = planes + (size_t)i * count;
     for (size_t p = 0; p < count; p++) {

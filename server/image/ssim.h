@@ -16,6 +16,6 @@
 // The map, 1 where the planes are alike, -1 at the least. Symmetric. BD_ERR_NO_MEMORY.
 BD_MUST_CHECK
 enum bd_err bd_ssim(const float *a, const float *b, struct bd_plane_size size, float *map,
-                    struct bd_fault *fault);
+                    struct bd_err_detail *detail);
 
 #endif

@@ -155,14 +155,14 @@ static struct bd_emitter_leaf leaf_of(const struct bd_area_light *light, bool tw
                                     .middle = f3_scale(f3_add(c[0], f3_add(c[1], c[2])), 1.0f / 3)};
 }
 
-static enum bd_err make_tree(struct making *m, struct bd_fault *fault)
+static enum bd_err make_tree(struct making *m, struct bd_err_detail *detail)
 {
     struct bd_area_lights *lights = m->lights;
     if (lights->count <= BD_AREA_WEIGHED_MAX) return BD_ERR_OK;
     struct bd_emitter_leaf *leaves = malloc(lights->count * sizeof *leaves);
     if (!leaves)
-        return bd_fault_set(fault, BD_ERR_NO_MEMORY, "scene", "no memory for a tree of %u emitters",
-                            lights->count);
+        return bd_err_set(detail, BD_ERR_NO_MEMORY, "scene", "no memory for a tree of %u emitters",
+                          lights->count);
     enum bd_err err = BD_ERR_OK;
     for (uint32_t i = 0; !err && i < lights->count; i++) {
         const struct bd_area_light *light = &lights->lights[i];
@@ -170,7 +170,7 @@ static enum bd_err make_tree(struct making *m, struct bd_fault *fault)
         if (i % PAUSE_EVERY == 0) err = m->pause(m->user);
     }
     if (!err)
-        err = bd_emitter_tree_init(&lights->tree, leaves, lights->count, m->pause, m->user, fault);
+        err = bd_emitter_tree_init(&lights->tree, leaves, lights->count, m->pause, m->user, detail);
     free(leaves);
     return err;
 }
@@ -194,15 +194,15 @@ static enum bd_err weigh_all(struct making *m)
 }
 
 static enum bd_err make_room(struct making *m, uint64_t sources, uint64_t room,
-                             struct bd_fault *fault)
+                             struct bd_err_detail *detail)
 {
     struct bd_area_lights *lights = m->lights;
     lights->sources = calloc(sources + 1, sizeof *lights->sources);
     lights->lights = malloc((room + 1) * sizeof *lights->lights);
     m->flux = malloc((room + 1) * sizeof *m->flux);
     if (lights->sources && lights->lights && m->flux) return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_NO_MEMORY, "scene", "no memory for %llu emitters",
-                        (unsigned long long)room);
+    return bd_err_set(detail, BD_ERR_NO_MEMORY, "scene", "no memory for %llu emitters",
+                      (unsigned long long)room);
 }
 
 static void give_room_back(struct bd_area_lights *lights)
@@ -212,24 +212,25 @@ static void give_room_back(struct bd_area_lights *lights)
     if (kept) lights->lights = kept;
 }
 
-static enum bd_err make_emitters(struct making *m, struct bd_fault *fault)
+static enum bd_err make_emitters(struct making *m, struct bd_err_detail *detail)
 {
     uint64_t sources, triangles;
     const bool is_split = count(m, &sources, &triangles) && triangles < PARTS_ASKED;
     const uint64_t room = is_split ? PARTS_ASKED : triangles;
     if (room > BD_AREA_LIGHTS_MAX)
-        return bd_fault_set(fault, BD_ERR_LIMIT, "scene", "%llu triangles emit; %u can light",
-                            (unsigned long long)room, BD_AREA_LIGHTS_MAX);
-    enum bd_err err = make_room(m, sources, room, fault);
+        return bd_err_set(detail, BD_ERR_LIMIT, "scene", "%llu triangles emit; %u can light",
+                          (unsigned long long)room, BD_AREA_LIGHTS_MAX);
+    enum bd_err err = make_room(m, sources, room, detail);
     if (!err) err = add_all(m);
     if (!err) err = bd_emitter_parts_split(m->lights, (uint32_t)room, m->pause, m->user);
     if (!err) err = weigh_all(m);
     if (!err) give_room_back(m->lights);
-    return err ? err : make_tree(m, fault);
+    return err ? err : make_tree(m, detail);
 }
 
 enum bd_err bd_area_lights_create(struct bd_scene *scene, enum bd_err (*pause)(void *user),
-                                  void *user, struct bd_area_lights **out, struct bd_fault *fault)
+                                  void *user, struct bd_area_lights **out,
+                                  struct bd_err_detail *detail)
 {
     struct bd_area_lights *lights = *out = calloc(1, sizeof *lights);
     BD_ASSERT(lights);
@@ -237,10 +238,10 @@ enum bd_err bd_area_lights_create(struct bd_scene *scene, enum bd_err (*pause)(v
     struct making m = {
         .lights = lights, .space = bd_render_space_of(scene), .pause = pause, .user = user};
     bd_triangle_order_init(&m.order, scene);
-    enum bd_err err = make_emitters(&m, fault);
+    enum bd_err err = make_emitters(&m, detail);
     bd_triangle_order_finish(&m.order);
     free(m.flux);
-    if (!err) err = bd_sky_light_init(&lights->sky, &scene->environment, pause, user, fault);
+    if (!err) err = bd_sky_light_init(&lights->sky, &scene->environment, pause, user, detail);
     if (err) bd_area_lights_destroy(out);
     return err;
 }

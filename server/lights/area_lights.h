@@ -76,7 +76,8 @@ struct bd_area_lights {
 // the work and is returned. BD_ERR_LIMIT for more than BD_AREA_LIGHTS_MAX triangles that emit.
 BD_MUST_CHECK
 enum bd_err bd_area_lights_create(struct bd_scene *scene, enum bd_err (*pause)(void *user),
-                                  void *user, struct bd_area_lights **out, struct bd_fault *fault);
+                                  void *user, struct bd_area_lights **out,
+                                  struct bd_err_detail *detail);
 void bd_area_lights_destroy(struct bd_area_lights **lights);
 uint64_t bd_area_lights_bytes(const struct bd_area_lights *lights);
 

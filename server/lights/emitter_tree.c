@@ -181,7 +181,7 @@ static void build(struct building *b, uint32_t node, uint32_t begin, uint32_t en
 
 enum bd_err bd_emitter_tree_init(struct bd_emitter_tree *tree, const struct bd_emitter_leaf *leaves,
                                  uint32_t count, enum bd_err (*pause)(void *user), void *user,
-                                 struct bd_fault *fault)
+                                 struct bd_err_detail *detail)
 {
     struct building b = {.tree = tree, .leaves = leaves, .pause = pause, .user = user};
     tree->count = count;
@@ -191,8 +191,8 @@ enum bd_err bd_emitter_tree_init(struct bd_emitter_tree *tree, const struct bd_e
     b.keys = malloc(count * sizeof *b.keys);
     b.spare = malloc(count * sizeof *b.spare);
     if (!tree->nodes || !tree->order || !tree->place || !b.keys || !b.spare)
-        b.err = bd_fault_set(fault, BD_ERR_NO_MEMORY, "scene",
-                             "no memory for a tree of %u emitters", count);
+        b.err = bd_err_set(detail, BD_ERR_NO_MEMORY, "scene", "no memory for a tree of %u emitters",
+                           count);
     for (uint32_t i = 0; !b.err && i < count; i++) tree->order[i] = i;
     if (!b.err) build(&b, 0, 0, count);
     free(b.keys);

@@ -57,7 +57,7 @@ struct bd_emitter_leaf {
 BD_MUST_CHECK
 enum bd_err bd_emitter_tree_init(struct bd_emitter_tree *tree, const struct bd_emitter_leaf *leaves,
                                  uint32_t count, enum bd_err (*pause)(void *user), void *user,
-                                 struct bd_fault *fault);
+                                 struct bd_err_detail *detail);
 void bd_emitter_tree_finish(struct bd_emitter_tree *tree);
 
 // Nodes below which every emitter is once, but for those under the horizon.

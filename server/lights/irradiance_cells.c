@@ -202,7 +202,7 @@ static bool make_room(struct bd_irradiance_cells *cells, uint32_t most)
 
 enum bd_err bd_irradiance_cells_create(const uint64_t *numbers, uint32_t place_count, uint32_t most,
                                        float radius, struct bd_irradiance_cells **out,
-                                       struct bd_fault *fault)
+                                       struct bd_err_detail *detail)
 {
     struct bd_irradiance_cells *cells = calloc(1, sizeof *cells);
     struct place *places = malloc((place_count + 1) * sizeof *places);
@@ -213,7 +213,7 @@ enum bd_err bd_irradiance_cells_create(const uint64_t *numbers, uint32_t place_c
     BD_ASSERT(cells);
     cells->radius = radius;
     if (!places || !spare || !heap.cells || !whole || !make_room(cells, most + 8))
-        err = bd_fault_set(fault, BD_ERR_NO_MEMORY, "cache_cells", "no memory for %u", most);
+        err = bd_err_set(detail, BD_ERR_NO_MEMORY, "cache_cells", "no memory for %u", most);
     for (uint32_t i = 0; !err && i < place_count; i++) places[i] = (struct place){numbers[i], i};
     if (!err) {
         sort(places, spare, place_count);

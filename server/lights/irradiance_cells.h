@@ -37,7 +37,7 @@ struct bd_irradiance_cells {
 BD_MUST_CHECK
 enum bd_err bd_irradiance_cells_create(const uint64_t *numbers, uint32_t place_count, uint32_t most,
                                        float radius, struct bd_irradiance_cells **out,
-                                       struct bd_fault *fault);
+                                       struct bd_err_detail *detail);
 void bd_irradiance_cells_destroy(struct bd_irradiance_cells **cells);
 uint64_t bd_irradiance_cells_bytes(const struct bd_irradiance_cells *cells);
 

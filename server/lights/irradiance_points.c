@@ -6,14 +6,15 @@
 
 enum bd_err bd_irradiance_points_create(struct bd_surface_points *points, f3 *irradiance,
                                         enum bd_err (*pause)(void *user), void *user,
-                                        struct bd_irradiance_points **out, struct bd_fault *fault)
+                                        struct bd_irradiance_points **out,
+                                        struct bd_err_detail *detail)
 {
     struct bd_irradiance_points *known = calloc(1, sizeof *known);
     BD_ASSERT(known);
     known->points = *points;
     known->irradiance = irradiance;
     *points = (struct bd_surface_points){0};
-    enum bd_err err = bd_point_tree_init(&known->tree, &known->points, pause, user, fault);
+    enum bd_err err = bd_point_tree_init(&known->tree, &known->points, pause, user, detail);
     if (err) bd_irradiance_points_destroy(&known);
     *out = known;
     return err;

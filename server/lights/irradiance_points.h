@@ -25,7 +25,8 @@ struct bd_irradiance_points {
 BD_MUST_CHECK
 enum bd_err bd_irradiance_points_create(struct bd_surface_points *points, f3 *irradiance,
                                         enum bd_err (*pause)(void *user), void *user,
-                                        struct bd_irradiance_points **out, struct bd_fault *fault);
+                                        struct bd_irradiance_points **out,
+                                        struct bd_err_detail *detail);
 void bd_irradiance_points_destroy(struct bd_irradiance_points **known);
 uint64_t bd_irradiance_points_bytes(const struct bd_irradiance_points *known);
 

@@ -95,14 +95,15 @@ static void divide(struct building *b, struct bd_point_node *nodes, uint32_t cou
 }
 
 enum bd_err bd_point_tree_init(struct bd_point_tree *tree, const struct bd_surface_points *points,
-                               enum bd_err (*pause)(void *user), void *user, struct bd_fault *fault)
+                               enum bd_err (*pause)(void *user), void *user,
+                               struct bd_err_detail *detail)
 {
     struct building building = {pause, user, BD_ERR_OK};
     *tree = (struct bd_point_tree){points->count, points->area,
                                    malloc((points->count + 1) * sizeof *tree->nodes)};
     if (!tree->nodes)
-        return bd_fault_set(fault, BD_ERR_NO_MEMORY, "vpls", "no memory for %u points",
-                            points->count);
+        return bd_err_set(detail, BD_ERR_NO_MEMORY, "vpls", "no memory for %u points",
+                          points->count);
     for (uint32_t i = 0; i < points->count; i++)
         tree->nodes[i] = (struct bd_point_node){points->points[i].position,
                                                 points->points[i].normal, i & 0x3fffffffu, 0};

@@ -38,7 +38,7 @@ struct bd_point_neighbours {
 BD_MUST_CHECK
 enum bd_err bd_point_tree_init(struct bd_point_tree *tree, const struct bd_surface_points *points,
                                enum bd_err (*pause)(void *user), void *user,
-                               struct bd_fault *fault);
+                               struct bd_err_detail *detail);
 void bd_point_tree_finish(struct bd_point_tree *tree);
 
 // At most that many, up to BD_POINT_NEIGHBOURS. Near ones have more. `normal` is unit.

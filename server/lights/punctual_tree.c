@@ -141,18 +141,18 @@ static void make_leaves(struct making *m, struct bd_emitter_leaf *leaves)
 }
 
 static enum bd_err make(struct bd_punctual_tree *punctuals, enum bd_err (*pause)(void *user),
-                        void *user, struct bd_fault *fault)
+                        void *user, struct bd_err_detail *detail)
 {
     struct making m = {.punctuals = punctuals, .pause = pause, .user = user};
     struct bd_emitter_leaf *leaves = malloc(punctuals->count * sizeof *leaves);
     punctuals->bounds = malloc((2 * (size_t)punctuals->count - 1) * sizeof *punctuals->bounds);
     if (!leaves || !punctuals->bounds)
-        m.err = bd_fault_set(fault, BD_ERR_NO_MEMORY, "scene",
-                             "no memory for a tree of %u punctual lights", punctuals->count);
+        m.err = bd_err_set(detail, BD_ERR_NO_MEMORY, "scene",
+                           "no memory for a tree of %u punctual lights", punctuals->count);
     if (!m.err) make_leaves(&m, leaves);
     if (!m.err)
         m.err =
-            bd_emitter_tree_init(&punctuals->tree, leaves, punctuals->count, pause, user, fault);
+            bd_emitter_tree_init(&punctuals->tree, leaves, punctuals->count, pause, user, detail);
     if (!m.err) bound_below(&m, 0, 0, punctuals->count);
     free(leaves);
     return m.err;
@@ -160,14 +160,14 @@ static enum bd_err make(struct bd_punctual_tree *punctuals, enum bd_err (*pause)
 
 enum bd_err bd_punctual_tree_create(struct bd_light_uniform *punctuals, uint32_t count,
                                     enum bd_err (*pause)(void *user), void *user,
-                                    struct bd_punctual_tree **out, struct bd_fault *fault)
+                                    struct bd_punctual_tree **out, struct bd_err_detail *detail)
 {
     BD_ASSERT(count > 0);
     *out = calloc(1, sizeof **out);
     BD_ASSERT(*out);
     (*out)->punctuals = punctuals;
     (*out)->count = count;
-    const enum bd_err err = make(*out, pause, user, fault);
+    const enum bd_err err = make(*out, pause, user, detail);
     if (err) bd_punctual_tree_destroy(out);
     return err;
 }

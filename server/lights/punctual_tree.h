@@ -41,7 +41,7 @@ struct bd_punctual_tree {
 BD_MUST_CHECK
 enum bd_err bd_punctual_tree_create(struct bd_light_uniform *punctuals, uint32_t count,
                                     enum bd_err (*pause)(void *user), void *user,
-                                    struct bd_punctual_tree **out, struct bd_fault *fault);
+                                    struct bd_punctual_tree **out, struct bd_err_detail *detail);
 void bd_punctual_tree_destroy(struct bd_punctual_tree **punctuals);
 uint64_t bd_punctual_tree_bytes(const struct bd_punctual_tree *punctuals);
 

@@ -128,7 +128,7 @@ static void size_cells(struct bd_sky_light *sky)
 }
 
 static enum bd_err make_cells(struct bd_sky_light *sky, enum bd_err (*pause)(void *user),
-                              void *user, struct bd_fault *fault)
+                              void *user, struct bd_err_detail *detail)
 {
     size_cells(sky);
     sky->cumulated_rows = malloc(sky->rows * sizeof *sky->cumulated_rows);
@@ -136,8 +136,8 @@ static enum bd_err make_cells(struct bd_sky_light *sky, enum bd_err (*pause)(voi
     double *row = malloc(sky->columns * sizeof *row), *sums = malloc(sky->rows * sizeof *sums);
     enum bd_err err = BD_ERR_OK;
     if (!sky->cumulated_rows || !sky->cumulated || !row || !sums)
-        err = bd_fault_set(fault, BD_ERR_NO_MEMORY, "environment", "no memory for %ux%u cells",
-                           sky->columns, sky->rows);
+        err = bd_err_set(detail, BD_ERR_NO_MEMORY, "environment", "no memory for %ux%u cells",
+                         sky->columns, sky->rows);
     if (!err) err = fill(sky, row, sums, pause, user);
     free(row);
     free(sums);
@@ -145,7 +145,8 @@ static enum bd_err make_cells(struct bd_sky_light *sky, enum bd_err (*pause)(voi
 }
 
 enum bd_err bd_sky_light_init(struct bd_sky_light *sky, const struct bd_environment *environment,
-                              enum bd_err (*pause)(void *user), void *user, struct bd_fault *fault)
+                              enum bd_err (*pause)(void *user), void *user,
+                              struct bd_err_detail *detail)
 {
     const float *factor = environment->radiance;
     sky->radiance = f3_of(factor[0], factor[1], factor[2]);
@@ -154,7 +155,7 @@ enum bd_err bd_sky_light_init(struct bd_sky_light *sky, const struct bd_environm
     sky->map = bd_sky_map_retain(environment->map);
     sky->is_turned = bd_environment_is_turned(environment);
     bd_environment_axes(environment, sky->axes);
-    return make_cells(sky, pause, user, fault);
+    return make_cells(sky, pause, user, detail);
 }
 
 void bd_sky_light_finish(struct bd_sky_light *sky)

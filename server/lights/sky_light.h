@@ -7,7 +7,8 @@
 
 BD_MUST_CHECK
 enum bd_err bd_sky_light_init(struct bd_sky_light *sky, const struct bd_environment *environment,
-                              enum bd_err (*pause)(void *user), void *user, struct bd_fault *fault);
+                              enum bd_err (*pause)(void *user), void *user,
+                              struct bd_err_detail *detail);
 void bd_sky_light_finish(struct bd_sky_light *sky);
 
 // The first place whose value is above `number`, or the last one that rises above its neighbour.

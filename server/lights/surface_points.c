@@ -171,12 +171,12 @@ static void spread(struct spreading *s, const struct place *place)
 enum bd_err bd_surface_points_init(struct bd_surface_points *points, const struct bd_scene *scene,
                                    uint32_t count, enum bd_sends sends,
                                    enum bd_err (*pause)(void *user), void *user,
-                                   struct bd_fault *fault)
+                                   struct bd_err_detail *detail)
 {
     BD_ASSERT(count > 0 && count <= BD_SURFACE_POINTS_MAX);
     *points = (struct bd_surface_points){.points = malloc(count * sizeof *points->points)};
     if (!points->points)
-        return bd_fault_set(fault, BD_ERR_NO_MEMORY, "vpls", "no memory for %u points", count);
+        return bd_err_set(detail, BD_ERR_NO_MEMORY, "vpls", "no memory for %u points", count);
     struct spreading s = {
         .points = points,
         .scene = scene,
@@ -194,8 +194,7 @@ enum bd_err bd_surface_points_init(struct bd_surface_points *points, const struc
     if (!err && s.area > 0) err = visit_all(&s, spread);
     bd_triangle_order_finish(&s.order);
     free(s.parts);
-    if (err == BD_ERR_NO_MEMORY)
-        bd_fault_set(fault, err, "vpls", "no memory for the scene's parts");
+    if (err == BD_ERR_NO_MEMORY) bd_err_set(detail, err, "vpls", "no memory for the scene's parts");
     if (err) bd_surface_points_finish(points);
     return err;
 }

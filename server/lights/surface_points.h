@@ -46,7 +46,7 @@ BD_MUST_CHECK
 enum bd_err bd_surface_points_init(struct bd_surface_points *points, const struct bd_scene *scene,
                                    uint32_t count, enum bd_sends sends,
                                    enum bd_err (*pause)(void *user), void *user,
-                                   struct bd_fault *fault);
+                                   struct bd_err_detail *detail);
 void bd_surface_points_finish(struct bd_surface_points *points);
 
 #endif

@@ -63,7 +63,7 @@ static void remove_dead_socket(const char *path)
 
 // Made with no rights for others from its first moment on; what more there is to be comes before
 // anybody can be accepted.
-static enum bd_err bind_unix(struct bd_listener *listener, struct bd_fault *fault)
+static enum bd_err bind_unix(struct bd_listener *listener, struct bd_err_detail *detail)
 {
     const struct bd_net_options *options = &listener->net->options;
     const char *path = listener->address.path;
@@ -73,22 +73,23 @@ static enum bd_err bind_unix(struct bd_listener *listener, struct bd_fault *faul
     int result = uv_pipe_bind(&listener->uv.pipe, path);
     umask(mask);
     if (result < 0)
-        return bd_fault_set(fault, BD_ERR_IO, "listen", "unix:%s: %s", path, uv_strerror(result));
+        return bd_err_set(detail, BD_ERR_IO, "listen", "unix:%s: %s", path, uv_strerror(result));
     if (options->has_socket_group && chown(path, (uid_t)-1, options->socket_group) < 0)
-        return bd_fault_set(fault, BD_ERR_IO, "socket-group", "%s cannot be given to group %u: %s",
-                            path, options->socket_group, strerror(errno));
+        return bd_err_set(detail, BD_ERR_IO, "socket-group", "%s cannot be given to group %u: %s",
+                          path, options->socket_group, strerror(errno));
     if (chmod(path, options->socket_mode) < 0)
-        return bd_fault_set(fault, BD_ERR_IO, "socket-mode", "%s: %s", path, strerror(errno));
+        return bd_err_set(detail, BD_ERR_IO, "socket-mode", "%s: %s", path, strerror(errno));
     return BD_ERR_OK;
 }
 
-static enum bd_err bind_tcp(struct bd_listener *listener, const char *text, struct bd_fault *fault)
+static enum bd_err bind_tcp(struct bd_listener *listener, const char *text,
+                            struct bd_err_detail *detail)
 {
     const struct sockaddr *address = (const struct sockaddr *)&listener->address.inet;
     uv_tcp_init(&listener->net->loop.uv, &listener->uv.tcp);
     int result = uv_tcp_bind(&listener->uv.tcp, address, 0);
     if (result == 0) return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_IO, "listen", "%s: %s", text, uv_strerror(result));
+    return bd_err_set(detail, BD_ERR_IO, "listen", "%s: %s", text, uv_strerror(result));
 }
 
 static void note_address(struct bd_listener *listener)
@@ -112,29 +113,30 @@ static void warn_of_closed_door(const struct bd_listener *listener)
                listener->address.path);
 }
 
-enum bd_err bd_listen_refuse_proxy(struct bd_fault *fault)
+enum bd_err bd_listen_refuse_proxy(struct bd_err_detail *detail)
 {
-    return bd_fault_set(fault, BD_ERR_USAGE, "proxy",
-                        "--proxy lets in whomever the proxy lets in: that needs --token-file");
+    return bd_err_set(detail, BD_ERR_USAGE, "proxy",
+                      "--proxy lets in whomever the proxy lets in: that needs --token-file");
 }
 
 static enum bd_err check_reach(const struct bd_net *net, const struct bd_address *address,
-                               const char *text, struct bd_fault *fault)
+                               const char *text, struct bd_err_detail *detail)
 {
     if (bd_tokens_needed(net->access.tokens)) return BD_ERR_OK;
-    if (net->options.serving.proxy_count > 0) return bd_listen_refuse_proxy(fault);
+    if (net->options.serving.proxy_count > 0) return bd_listen_refuse_proxy(detail);
     if (bd_address_is_local(address)) return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_USAGE, "listen",
-                        "%s can be reached from other machines: that needs --token-file", text);
+    return bd_err_set(detail, BD_ERR_USAGE, "listen",
+                      "%s can be reached from other machines: that needs --token-file", text);
 }
 
-enum bd_err bd_listen_on(struct bd_net *net, const char *text, bool is_http, struct bd_fault *fault)
+enum bd_err bd_listen_on(struct bd_net *net, const char *text, bool is_http,
+                         struct bd_err_detail *detail)
 {
     struct bd_address address;
-    enum bd_err err = bd_address_parse(text, &address, fault);
+    enum bd_err err = bd_address_parse(text, &address, detail);
     if (!err && is_http && address.is_unix)
-        err = bd_fault_set(fault, BD_ERR_USAGE, "http", "HTTP is spoken on HOST:PORT");
-    if (!err) err = check_reach(net, &address, text, fault);
+        err = bd_err_set(detail, BD_ERR_USAGE, "http", "HTTP is spoken on HOST:PORT");
+    if (!err) err = check_reach(net, &address, text, detail);
     if (err) return err;
 
     struct bd_listener *listener = calloc(1, sizeof *listener);
@@ -142,12 +144,12 @@ enum bd_err bd_listen_on(struct bd_net *net, const char *text, bool is_http, str
     *listener = (struct bd_listener){
         .net = net, .address = address, .is_http = is_http, .next = net->listeners};
     net->listeners = listener;
-    err = address.is_unix ? bind_unix(listener, fault) : bind_tcp(listener, text, fault);
+    err = address.is_unix ? bind_unix(listener, detail) : bind_tcp(listener, text, detail);
     listener->uv.handle.data = listener;
     if (err) return err;
     int result = uv_listen(&listener->uv.stream, BACKLOG, on_connection);
     if (result < 0)
-        return bd_fault_set(fault, BD_ERR_IO, "listen", "%s: %s", text, uv_strerror(result));
+        return bd_err_set(detail, BD_ERR_IO, "listen", "%s: %s", text, uv_strerror(result));
     note_address(listener);
     warn_of_closed_door(listener);
     return BD_ERR_OK;

@@ -16,10 +16,10 @@ struct bd_net;
 // that nobody answers on is replaced.
 BD_MUST_CHECK
 enum bd_err bd_listen_on(struct bd_net *net, const char *text, bool is_http,
-                         struct bd_fault *fault);
+                         struct bd_err_detail *detail);
 
 // Whoever comes through a proxy would get everything where there are no tokens.
-enum bd_err bd_listen_refuse_proxy(struct bd_fault *fault);
+enum bd_err bd_listen_refuse_proxy(struct bd_err_detail *detail);
 
 // What was accepted stays. The file of a Unix socket goes.
 void bd_listeners_close(struct bd_net *net);

@@ -140,18 +140,18 @@ static void start_own_handles(struct bd_net *net)
 
 // --- create, run, destroy -------------------------------------------------------------------
 
-static enum bd_err open_transports(struct bd_net *net, struct bd_fault *fault)
+static enum bd_err open_transports(struct bd_net *net, struct bd_err_detail *detail)
 {
     const struct bd_net_options *options = &net->options;
     if (options->private_fd >= 0)
         return bd_framed_open_private(&net->sessions, options->private_fd)
                    ? BD_ERR_OK
-                   : bd_fault_set(fault, BD_ERR_USAGE, "private",
-                                  "descriptor %d is no stream socket", options->private_fd);
+                   : bd_err_set(detail, BD_ERR_USAGE, "private",
+                                "descriptor %d is no stream socket", options->private_fd);
     enum bd_err err = BD_ERR_OK;
-    if (options->http) err = bd_listen_on(net, options->http, true, fault);
+    if (options->http) err = bd_listen_on(net, options->http, true, detail);
     for (int i = 0; !err && i < BD_NET_LISTEN_MAX && options->listens[i]; i++)
-        err = bd_listen_on(net, options->listens[i], false, fault);
+        err = bd_listen_on(net, options->listens[i], false, detail);
     return err;
 }
 
@@ -178,19 +178,19 @@ static void open_rooms(struct bd_net *net)
 }
 
 enum bd_err bd_net_create(const struct bd_net_options *options, struct bd_net **out,
-                          struct bd_fault *fault)
+                          struct bd_err_detail *detail)
 {
     struct bd_net *net = calloc(1, sizeof *net);
     BD_ASSERT(net);
     net->options = *options;
-    enum bd_err err = bd_tokens_read(options->token_file, &net->access.tokens, fault);
+    enum bd_err err = bd_tokens_read(options->token_file, &net->access.tokens, detail);
     if (err) {
         free(net);
         return err;
     }
     open_rooms(net);
     start_own_handles(net);
-    err = open_transports(net, fault);
+    err = open_transports(net, detail);
     if (err)
         bd_net_destroy(&net);
     else

@@ -50,7 +50,7 @@ struct bd_net;
 // copied, what they point at is borrowed.
 BD_MUST_CHECK
 enum bd_err bd_net_create(const struct bd_net_options *options, struct bd_net **out,
-                          struct bd_fault *fault);
+                          struct bd_err_detail *detail);
 
 // Serves until SIGTERM or SIGINT; reads options and tokens again at SIGHUP (net/reload.h). Then
 // drains: takes no new work, ends or (after drain_seconds, or at a second signal) cancels what is

@@ -11,7 +11,7 @@
 #define CONFIG_LINE_MAX 4096
 
 static enum bd_err read_config(struct bd_options *options, const char *path,
-                               struct bd_fault *fault);
+                               struct bd_err_detail *detail);
 
 static const char *keep(struct bd_options *options, const char *text)
 {
@@ -24,57 +24,61 @@ static const char *keep(struct bd_options *options, const char *text)
 }
 
 static enum bd_err read_number(const char *name, const char *text, unsigned long most,
-                               unsigned long *out, struct bd_fault *fault)
+                               unsigned long *out, struct bd_err_detail *detail)
 {
     char *end;
     errno = 0;
     *out = strtoul(text, &end, 10);
     if (*text >= '0' && *text <= '9' && *end == 0 && !errno && *out <= most) return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_USAGE, name, "--%s takes a number from 0 to %lu, not \"%s\"",
-                        name, most, text);
+    return bd_err_set(detail, BD_ERR_USAGE, name, "--%s takes a number from 0 to %lu, not \"%s\"",
+                      name, most, text);
 }
 
-static enum bd_err set_http(struct bd_options *options, const char *value, struct bd_fault *fault)
+static enum bd_err set_http(struct bd_options *options, const char *value,
+                            struct bd_err_detail *detail)
 {
-    (void)fault;
+    (void)detail;
     options->http = keep(options, value);
     return BD_ERR_OK;
 }
 
-static enum bd_err set_listen(struct bd_options *options, const char *value, struct bd_fault *fault)
+static enum bd_err set_listen(struct bd_options *options, const char *value,
+                              struct bd_err_detail *detail)
 {
     if (options->listen_count == BD_NET_LISTEN_MAX)
-        return bd_fault_set(fault, BD_ERR_USAGE, "listen", "there are more than %d listens",
-                            BD_NET_LISTEN_MAX);
+        return bd_err_set(detail, BD_ERR_USAGE, "listen", "there are more than %d listens",
+                          BD_NET_LISTEN_MAX);
     options->listens[options->listen_count++] = keep(options, value);
     return BD_ERR_OK;
 }
 
-static enum bd_err set_data(struct bd_options *options, const char *value, struct bd_fault *fault)
+static enum bd_err set_data(struct bd_options *options, const char *value,
+                            struct bd_err_detail *detail)
 {
-    (void)fault;
+    (void)detail;
     options->data = keep(options, value);
     return BD_ERR_OK;
 }
 
-static enum bd_err set_device(struct bd_options *options, const char *value, struct bd_fault *fault)
+static enum bd_err set_device(struct bd_options *options, const char *value,
+                              struct bd_err_detail *detail)
 {
-    (void)fault;
+    (void)detail;
     options->device = keep(options, value);
     return BD_ERR_OK;
 }
 
 static enum bd_err set_token_file(struct bd_options *options, const char *value,
-                                  struct bd_fault *fault)
+                                  struct bd_err_detail *detail)
 {
-    (void)fault;
+    (void)detail;
     options->token_file = keep(options, value);
     return BD_ERR_OK;
 }
 
 // Reading and writing are what it takes to connect, and never less than for ourselves.
 static enum bd_err set_socket_mode(struct bd_options *options, const char *value,
-                                   struct bd_fault *fault)
+                                   struct bd_err_detail *detail)
 {
     char *end;
     unsigned long mode = strtoul(value, &end, 8);
@@ -83,62 +87,64 @@ static enum bd_err set_socket_mode(struct bd_options *options, const char *value
         options->socket_mode = (mode_t)mode;
         return BD_ERR_OK;
     }
-    return bd_fault_set(fault, BD_ERR_USAGE, "socket-mode",
-                        "--socket-mode takes 0600, 0660 or 0666, not \"%.40s\"", value);
+    return bd_err_set(detail, BD_ERR_USAGE, "socket-mode",
+                      "--socket-mode takes 0600, 0660 or 0666, not \"%.40s\"", value);
 }
 
 static enum bd_err set_socket_group(struct bd_options *options, const char *value,
-                                    struct bd_fault *fault)
+                                    struct bd_err_detail *detail)
 {
     const struct group *group = getgrnam(value);
     unsigned long number = 0;
     if (!group && (*value < '0' || *value > '9' ||
-                   read_number("socket-group", value, UINT32_MAX - 1, &number, fault)))
-        return bd_fault_set(fault, BD_ERR_USAGE, "socket-group",
-                            "this machine has no group \"%.40s\"", value);
+                   read_number("socket-group", value, UINT32_MAX - 1, &number, detail)))
+        return bd_err_set(detail, BD_ERR_USAGE, "socket-group",
+                          "this machine has no group \"%.40s\"", value);
     options->has_socket_group = true;
     options->socket_group = group ? group->gr_gid : (gid_t)number;
     return BD_ERR_OK;
 }
 
 static enum bd_err set_public_name(struct bd_options *options, const char *value,
-                                   struct bd_fault *fault)
+                                   struct bd_err_detail *detail)
 {
     // One place stays free: the list ends with a NULL.
     if (options->public_name_count == BD_NET_PUBLIC_NAME_MAX - 1)
-        return bd_fault_set(fault, BD_ERR_USAGE, "public-name", "there are more than %d names",
-                            BD_NET_PUBLIC_NAME_MAX - 1);
+        return bd_err_set(detail, BD_ERR_USAGE, "public-name", "there are more than %d names",
+                          BD_NET_PUBLIC_NAME_MAX - 1);
     options->public_names[options->public_name_count++] = keep(options, value);
     return BD_ERR_OK;
 }
 
-static enum bd_err set_proxy(struct bd_options *options, const char *value, struct bd_fault *fault)
+static enum bd_err set_proxy(struct bd_options *options, const char *value,
+                             struct bd_err_detail *detail)
 {
     if (options->proxy_count == BD_PROXY_RANGE_MAX)
-        return bd_fault_set(fault, BD_ERR_USAGE, "proxy", "there are more than %d proxies",
-                            BD_PROXY_RANGE_MAX);
-    return bd_proxy_parse(value, &options->proxies[options->proxy_count++], fault);
+        return bd_err_set(detail, BD_ERR_USAGE, "proxy", "there are more than %d proxies",
+                          BD_PROXY_RANGE_MAX);
+    return bd_proxy_parse(value, &options->proxies[options->proxy_count++], detail);
 }
 
 static enum bd_err set_gpu_memory(struct bd_options *options, const char *value,
-                                  struct bd_fault *fault)
+                                  struct bd_err_detail *detail)
 {
     unsigned long mib = 0;
-    enum bd_err err = read_number("gpu-memory", value, 1u << 24, &mib, fault);
+    enum bd_err err = read_number("gpu-memory", value, 1u << 24, &mib, detail);
     options->gpu_memory_mib = (uint32_t)mib;
     return err;
 }
 
-static enum bd_err set_code(struct bd_options *options, const char *value, struct bd_fault *fault)
+static enum bd_err set_code(struct bd_options *options, const char *value,
+                            struct bd_err_detail *detail)
 {
     options->quick_code = strcmp(value, "quick") == 0;
     if (options->quick_code || strcmp(value, "fast") == 0) return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_USAGE, "code", "--code is quick or fast, not \"%.40s\"",
-                        value);
+    return bd_err_set(detail, BD_ERR_USAGE, "code", "--code is quick or fast, not \"%.40s\"",
+                      value);
 }
 
 static enum bd_err set_sandbox(struct bd_options *options, const char *value,
-                               struct bd_fault *fault)
+                               struct bd_err_detail *detail)
 {
     static const char *const names[] = {[BD_SANDBOX_AUTO] = "auto",
                                         [BD_SANDBOX_ON] = "on",
@@ -149,36 +155,38 @@ static enum bd_err set_sandbox(struct bd_options *options, const char *value,
             options->sandbox = (enum bd_sandbox)i;
             return BD_ERR_OK;
         }
-    return bd_fault_set(fault, BD_ERR_USAGE, "sandbox",
-                        "--sandbox is auto, on, off or log, not \"%.40s\"", value);
+    return bd_err_set(detail, BD_ERR_USAGE, "sandbox",
+                      "--sandbox is auto, on, off or log, not \"%.40s\"", value);
 }
 
-static enum bd_err set_limit(struct bd_options *options, const char *value, struct bd_fault *fault)
+static enum bd_err set_limit(struct bd_options *options, const char *value,
+                             struct bd_err_detail *detail)
 {
-    return bd_limits_set(&options->limits, value, fault);
+    return bd_limits_set(&options->limits, value, detail);
 }
 
-static enum bd_err set_log(struct bd_options *options, const char *value, struct bd_fault *fault)
+static enum bd_err set_log(struct bd_options *options, const char *value,
+                           struct bd_err_detail *detail)
 {
     options->log_json = strcmp(value, "json") == 0;
     options->log_errors = strcmp(value, "errors") == 0;
     if (options->log_json || options->log_errors || strcmp(value, "text") == 0) return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_USAGE, "log", "--log is text, json or errors, not \"%s\"",
-                        value);
+    return bd_err_set(detail, BD_ERR_USAGE, "log", "--log is text, json or errors, not \"%s\"",
+                      value);
 }
 
 static enum bd_err set_private(struct bd_options *options, const char *value,
-                               struct bd_fault *fault)
+                               struct bd_err_detail *detail)
 {
     unsigned long fd = 0;
-    enum bd_err err = read_number("private", value, 65535, &fd, fault);
+    enum bd_err err = read_number("private", value, 65535, &fd, detail);
     options->private_fd = (int)fd;
     return err;
 }
 
 static const struct option {
     const char *name;
-    enum bd_err (*set)(struct bd_options *options, const char *value, struct bd_fault *fault);
+    enum bd_err (*set)(struct bd_options *options, const char *value, struct bd_err_detail *detail);
     const char *help;
 } table[] = {
     {"http", set_http,
@@ -218,24 +226,25 @@ static const struct option {
 #define OPTION_COUNT (sizeof table / sizeof table[0])
 
 static enum bd_err set_option(struct bd_options *options, const char *name, size_t length,
-                              const char *value, struct bd_fault *fault)
+                              const char *value, struct bd_err_detail *detail)
 {
     for (size_t i = 0; i < OPTION_COUNT; i++)
         if (strlen(table[i].name) == length && strncmp(table[i].name, name, length) == 0) {
-            if (value) return table[i].set(options, value, fault);
-            return bd_fault_set(fault, BD_ERR_USAGE, table[i].name, "--%s takes a value",
-                                table[i].name);
+            if (value) return table[i].set(options, value, detail);
+            return bd_err_set(detail, BD_ERR_USAGE, table[i].name, "--%s takes a value",
+                              table[i].name);
         }
     char word[64], hint[BD_NEAREST_HINT_BYTES];
     struct bd_nearest nearest;
     snprintf(word, sizeof word, "%.*s", (int)length, name);
     bd_nearest_begin(&nearest, word);
     for (size_t i = 0; i < OPTION_COUNT; i++) bd_nearest_consider(&nearest, table[i].name);
-    return bd_fault_set(fault, BD_ERR_USAGE, "", "there is no option \"%s\"%s", word,
-                        bd_nearest_hint(&nearest, hint));
+    return bd_err_set(detail, BD_ERR_USAGE, "", "there is no option \"%s\"%s", word,
+                      bd_nearest_hint(&nearest, hint));
 }
 
-static enum bd_err read_config_line(struct bd_options *options, char *line, struct bd_fault *fault)
+static enum bd_err read_config_line(struct bd_options *options, char *line,
+                                    struct bd_err_detail *detail)
 {
     char *key = line + strspn(line, " \t");
     key[strcspn(key, "\r\n")] = 0;
@@ -243,36 +252,37 @@ static enum bd_err read_config_line(struct bd_options *options, char *line, stru
     size_t length = strcspn(key, " \t");
     char *value = key + length + strspn(key + length, " \t");
     if (length == strlen("config") && strncmp(key, "config", length) == 0)
-        return bd_fault_set(fault, BD_ERR_USAGE, "config", "a config file cannot name another");
-    return set_option(options, key, length, *value ? value : NULL, fault);
+        return bd_err_set(detail, BD_ERR_USAGE, "config", "a config file cannot name another");
+    return set_option(options, key, length, *value ? value : NULL, detail);
 }
 
-// The fault of a line, with where it stands.
-static enum bd_err at_line(const char *path, unsigned number, struct bd_fault *fault)
+// The error of a line, with where it stands.
+static enum bd_err at_line(const char *path, unsigned number, struct bd_err_detail *detail)
 {
-    if (!fault) return BD_ERR_USAGE;
-    struct bd_fault inner = *fault;
-    return bd_fault_set(fault, inner.err, inner.field, "%s, line %u: %s", path, number,
-                        inner.message);
+    if (!detail) return BD_ERR_USAGE;
+    struct bd_err_detail inner = *detail;
+    return bd_err_set(detail, inner.err, inner.field, "%s, line %u: %s", path, number,
+                      inner.message);
 }
 
-static enum bd_err read_config(struct bd_options *options, const char *path, struct bd_fault *fault)
+static enum bd_err read_config(struct bd_options *options, const char *path,
+                               struct bd_err_detail *detail)
 {
     if (options->config_count == BD_NET_CONFIG_MAX)
-        return bd_fault_set(fault, BD_ERR_USAGE, "config", "there are more than %d config files",
-                            BD_NET_CONFIG_MAX);
+        return bd_err_set(detail, BD_ERR_USAGE, "config", "there are more than %d config files",
+                          BD_NET_CONFIG_MAX);
     options->configs[options->config_count++] = keep(options, path);
     FILE *file = fopen(path, "re");
-    if (!file) return bd_fault_set(fault, BD_ERR_USAGE, "config", "%s: %s", path, strerror(errno));
+    if (!file) return bd_err_set(detail, BD_ERR_USAGE, "config", "%s: %s", path, strerror(errno));
     char line[CONFIG_LINE_MAX];
     enum bd_err err = BD_ERR_OK;
     unsigned number = 0;
     while (!err && fgets(line, sizeof line, file)) {
-        err = read_config_line(options, line, fault);
+        err = read_config_line(options, line, detail);
         number++;
     }
     fclose(file);
-    return err ? at_line(path, number, fault) : BD_ERR_OK;
+    return err ? at_line(path, number, detail) : BD_ERR_OK;
 }
 
 static bool read_flag(struct bd_options *options, const char *argument)
@@ -293,7 +303,7 @@ static bool read_flag(struct bd_options *options, const char *argument)
 }
 
 enum bd_err bd_options_read(struct bd_options *options, int argc, char **argv,
-                            struct bd_fault *fault)
+                            struct bd_err_detail *detail)
 {
     *options = (struct bd_options){.http = "127.0.0.1:7480",
                                    .device = "auto",
@@ -305,12 +315,12 @@ enum bd_err bd_options_read(struct bd_options *options, int argc, char **argv,
     for (int i = 1; i < argc; i++) {
         if (read_flag(options, argv[i])) continue;
         if (strncmp(argv[i], "--", 2) != 0)
-            return bd_fault_set(fault, BD_ERR_USAGE, "", "\"%s\" is no option", argv[i]);
+            return bd_err_set(detail, BD_ERR_USAGE, "", "\"%s\" is no option", argv[i]);
         const char *name = argv[i] + 2;
         size_t length = strcspn(name, "=");
         const char *value = name[length] == '=' ? name + length + 1 : NULL;
         if (!value && i + 1 < argc) value = argv[++i];
-        enum bd_err err = set_option(options, name, length, value, fault);
+        enum bd_err err = set_option(options, name, length, value, detail);
         if (err) return err;
     }
     return BD_ERR_OK;

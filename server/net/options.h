@@ -44,10 +44,10 @@ struct bd_options {
     uint32_t owned_count;
 };
 
-// Reads what main was given. `fault` names the option. Free with bd_options_finish either way.
+// Reads what main was given. `detail` names the option. Free with bd_options_finish either way.
 BD_MUST_CHECK
 enum bd_err bd_options_read(struct bd_options *options, int argc, char **argv,
-                            struct bd_fault *fault);
+                            struct bd_err_detail *detail);
 void bd_options_finish(struct bd_options *options);
 
 void bd_options_print_help(FILE *out);

@@ -135,25 +135,25 @@ static uint32_t end_conns(struct bd_net *net)
 
 // With or without a token file is for the listeners to know before they open.
 static enum bd_err read_tokens(struct bd_net *net, const struct bd_options *fresh,
-                               struct bd_fault *fault)
+                               struct bd_err_detail *detail)
 {
     if (!fresh->token_file != !net->options.token_file)
-        return bd_fault_set(fault, BD_ERR_USAGE, "token-file",
-                            "token-file: with it or without it is a restart's affair");
-    if (fresh->proxy_count > 0 && !fresh->token_file) return bd_listen_refuse_proxy(fault);
-    return fresh->token_file ? bd_tokens_reload(net->access.tokens, fresh->token_file, fault)
+        return bd_err_set(detail, BD_ERR_USAGE, "token-file",
+                          "token-file: with it or without it is a restart's affair");
+    if (fresh->proxy_count > 0 && !fresh->token_file) return bd_listen_refuse_proxy(detail);
+    return fresh->token_file ? bd_tokens_reload(net->access.tokens, fresh->token_file, detail)
                              : BD_ERR_OK;
 }
 
 void bd_net_reload(struct bd_net *net)
 {
     struct bd_options fresh;
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     if (net->loop.draining || !net->options.argv) return;
-    enum bd_err err = bd_options_read(&fresh, net->options.argc, net->options.argv, &fault);
-    if (!err) err = read_tokens(net, &fresh, &fault);
+    enum bd_err err = bd_options_read(&fresh, net->options.argc, net->options.argv, &detail);
+    if (!err) err = read_tokens(net, &fresh, &detail);
     if (err) {
-        bd_log(BD_LOG_ERROR, "net", "reload: nothing is changed: %s", fault.message);
+        bd_log(BD_LOG_ERROR, "net", "reload: nothing is changed: %s", detail.message);
         bd_options_finish(&fresh);
         return;
     }

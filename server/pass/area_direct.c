@@ -49,7 +49,7 @@ struct area {
     struct bd_ray_hit *hits;
     uint32_t *lobe_count, *first_ray; // of each group
     uint32_t ray_count;
-    struct bd_fault *fault;
+    struct bd_err_detail *detail;
 };
 
 // --- room ---------------------------------------------------------------------------------------
@@ -69,8 +69,8 @@ static uint32_t receivers_at_once(const struct area *a)
 
 static enum bd_err no_memory(const struct area *a)
 {
-    return bd_fault_set(a->fault, BD_ERR_NO_MEMORY, "size", "no memory to light %ux%u pixels",
-                        a->width_px, a->height_px);
+    return bd_err_set(a->detail, BD_ERR_NO_MEMORY, "size", "no memory to light %ux%u pixels",
+                      a->width_px, a->height_px);
 }
 
 static enum bd_err make_room(struct area *a, uint32_t group_count)
@@ -199,7 +199,7 @@ static enum bd_err follow_lobes(struct area *a)
     for (uint32_t g = 0; g < groups; g++) list_lobes(a, g);
     struct bd_ray_counts traced = {0};
     return bd_nearest_ask(&a->context, &a->inputs->visibility, a->rays, a->ray_count, a->hits,
-                          &traced, a->fault);
+                          &traced, a->detail);
 }
 
 static void add_to(struct bd_area_light_found *sum, const struct bd_area_light_found *more)
@@ -260,7 +260,7 @@ static enum bd_err light_by_areas(struct area *a)
     if (!err)
         err = bd_visibility_ask(&a->context, &a->inputs->visibility, a->segments,
                                 (size_t)part->group_count * BD_LANES * HALVES * a->sampling.rays,
-                                a->occluded, &traced, a->fault);
+                                a->occluded, &traced, a->detail);
     bd_slicer_work(a->context.slicer, "area sum");
     if (!err) err = bd_receivers_each(&a->context, part->group_count, rays, sum_group, a);
     return err;
@@ -338,7 +338,7 @@ static enum bd_err join(struct area *a, struct bd_image *half[HALVES], struct bd
                                                   .level_count =
                                                       a->sampling.rays < FEW_RAYS ? 2 : 1};
     if (a->inputs->filtered)
-        return bd_filter_halves(&a->context, a->processor.pool, &inputs, half[0], doubt, a->fault);
+        return bd_filter_halves(&a->context, a->processor.pool, &inputs, half[0], doubt, a->detail);
     const size_t count = 3 * (size_t)a->width_px * a->height_px;
     for (size_t i = 0; i < count; i++) {
         const float first = half[0]->pixels[i], other = half[1]->pixels[i];
@@ -450,14 +450,14 @@ static enum bd_err light_all(struct area *a)
         .user = a,
     };
     enum bd_err err = make_images(a);
-    if (!err) err = bd_receivers_run(&a->context, &receivers, a->fault);
+    if (!err) err = bd_receivers_run(&a->context, &receivers, a->detail);
     if (!err) err = join(a, a->irradiance, a->irradiance_doubt);
     if (!err) err = join(a, a->beyond, a->beyond_doubt);
     return err;
 }
 
 static struct area area_of(const struct bd_pass_context *context,
-                           const struct bd_area_direct_inputs *inputs, struct bd_fault *fault)
+                           const struct bd_area_direct_inputs *inputs, struct bd_err_detail *detail)
 {
     const struct bd_render_space *space = &inputs->scene->space;
     const struct bd_viewpoint *viewpoint = inputs->viewpoint;
@@ -474,7 +474,7 @@ static struct area area_of(const struct bd_pass_context *context,
         .width_px = viewpoint->width_px,
         .height_px = viewpoint->height_px,
         .eye = bd_render_from_world(space, viewpoint->position_m),
-        .fault = fault,
+        .detail = detail,
     };
     a.sampling.reach = 1.01f * (float)space->radius;
     a.sampling.from_cd_m2 = (float)(1 / space->unit_cd_m2);
@@ -491,7 +491,7 @@ static enum bd_err make(struct area *a, const char *name, bool shines, fill_rows
                                      .format = BD_FORMAT_RGBA32F,
                                      .width_px = a->width_px,
                                      .height_px = a->height_px};
-    enum bd_err err = bd_tex_create(a->context.gpu, &desc, out, a->fault);
+    enum bd_err err = bd_tex_create(a->context.gpu, &desc, out, a->detail);
     if (!err && shines) return write(a, fill_rows, *out);
     if (!err) bd_tex_clear(a->context.gpu, *out, (const float[4]){0});
     return err;
@@ -499,9 +499,9 @@ static enum bd_err make(struct area *a, const char *name, bool shines, fill_rows
 
 enum bd_err bd_area_direct_run(const struct bd_pass_context *context,
                                const struct bd_area_direct_inputs *inputs,
-                               struct bd_area_direct **out, struct bd_fault *fault)
+                               struct bd_area_direct **out, struct bd_err_detail *detail)
 {
-    struct area a = area_of(context, inputs, fault);
+    struct area a = area_of(context, inputs, detail);
     const bool shines =
         inputs->punctuals || (inputs->lights && bd_area_lights_shine(inputs->lights));
     struct bd_area_direct *light = *out = calloc(1, sizeof *light);

@@ -50,7 +50,7 @@ struct bd_area_direct {
 BD_MUST_CHECK
 enum bd_err bd_area_direct_run(const struct bd_pass_context *context,
                                const struct bd_area_direct_inputs *inputs,
-                               struct bd_area_direct **out, struct bd_fault *fault);
+                               struct bd_area_direct **out, struct bd_err_detail *detail);
 void bd_area_direct_destroy(struct bd_gpu *gpu, struct bd_area_direct **light);
 uint64_t bd_area_direct_bytes(const struct bd_area_direct *light);
 

@@ -27,7 +27,7 @@ struct cache {
     uint32_t count, room;
     struct bd_surface_point *places;
     uint64_t *numbers;
-    struct bd_fault *fault;
+    struct bd_err_detail *detail;
 };
 
 // --- places -------------------------------------------------------------------------------------
@@ -95,9 +95,9 @@ static enum bd_err find_places(void *user, const struct bd_receiver_part *part)
 {
     struct cache *c = user;
     enum bd_err err =
-        bd_cosine_rays_trace(&c->context, &c->rays, part, c->inputs->far.visibility, c->fault);
+        bd_cosine_rays_trace(&c->context, &c->rays, part, c->inputs->far.visibility, c->detail);
     if (!err && !grow(c, c->rays.count))
-        err = bd_fault_set(c->fault, BD_ERR_NO_MEMORY, "cache_cells", "no memory for their places");
+        err = bd_err_set(c->detail, BD_ERR_NO_MEMORY, "cache_cells", "no memory for their places");
     bd_slicer_work(c->context.slicer, "cache places");
     const double rays = (double)c->rays.count / part->group_count;
     if (!err)
@@ -123,7 +123,7 @@ static enum bd_err look_around(struct cache *c)
         .light = find_places,
         .user = c,
     };
-    return bd_receivers_run(&c->context, &receivers, c->fault);
+    return bd_receivers_run(&c->context, &receivers, c->detail);
 }
 
 // --- their light --------------------------------------------------------------------------------
@@ -139,10 +139,10 @@ static enum bd_err light_places(struct cache *c, const struct bd_surface_point *
         .visibility = in->far.visibility,
         .of_points = cells->irradiance,
     };
-    enum bd_err err = bd_gather_chosen_native_run(&c->context, &gather, traced, c->fault);
+    enum bd_err err = bd_gather_chosen_native_run(&c->context, &gather, traced, c->detail);
     if (err) return err;
     return bd_far_of_points(&c->context, &in->far, places, cells->count, cells->irradiance, traced,
-                            c->fault);
+                            c->detail);
 }
 
 static enum bd_err light_cells(struct cache *c, struct bd_irradiance_cells *cells,
@@ -150,8 +150,8 @@ static enum bd_err light_cells(struct cache *c, struct bd_irradiance_cells *cell
 {
     struct bd_surface_point *places = malloc((cells->count + 1) * sizeof *places);
     if (!places)
-        return bd_fault_set(c->fault, BD_ERR_NO_MEMORY, "cache_cells", "no memory for %u",
-                            cells->count);
+        return bd_err_set(c->detail, BD_ERR_NO_MEMORY, "cache_cells", "no memory for %u",
+                          cells->count);
     for (uint32_t i = 0; i < cells->count; i++) {
         places[i] = c->places[cells->chosen[i]];
         places[i].number = cells->number[i];
@@ -168,7 +168,7 @@ static enum bd_err run(struct cache *c, struct bd_irradiance_cells **out,
     bd_slicer_work(c->context.slicer, "cache cells");
     if (!err)
         err = bd_irradiance_cells_create(c->numbers, c->count, c->inputs->cells, c->radius, out,
-                                         c->fault);
+                                         c->detail);
     if (!err) err = bd_slicer_pause(c->context.slicer);
     if (!err) err = light_cells(c, *out, traced);
     return err;
@@ -176,7 +176,7 @@ static enum bd_err run(struct cache *c, struct bd_irradiance_cells **out,
 
 enum bd_err bd_cache_run(const struct bd_pass_context *context,
                          const struct bd_cache_inputs *inputs, struct bd_irradiance_cells **out,
-                         struct bd_ray_counts *traced, struct bd_fault *fault)
+                         struct bd_ray_counts *traced, struct bd_err_detail *detail)
 {
     struct cache c = {
         .context = *context,
@@ -184,7 +184,7 @@ enum bd_err bd_cache_run(const struct bd_pass_context *context,
         .inputs = inputs,
         .rays = looking(inputs),
         .radius = (float)inputs->gather->scene->space.radius,
-        .fault = fault,
+        .detail = detail,
     };
     c.context.processor = &c.processor;
     *out = NULL;

@@ -30,6 +30,6 @@ struct bd_cache_inputs {
 BD_MUST_CHECK
 enum bd_err bd_cache_run(const struct bd_pass_context *context,
                          const struct bd_cache_inputs *inputs, struct bd_irradiance_cells **out,
-                         struct bd_ray_counts *traced, struct bd_fault *fault);
+                         struct bd_ray_counts *traced, struct bd_err_detail *detail);
 
 #endif

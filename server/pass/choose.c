@@ -40,14 +40,14 @@ uint32_t bd_choose_all_max(uint32_t vpl_count)
 static enum bd_err ask_all(const struct bd_pass_context *context, const struct bd_askers *askers,
                            const struct bd_askers_slice *slice, const struct bd_vpl_list *list,
                            uint32_t first_vpl, uint32_t vpl_count, struct bd_segments *segments,
-                           struct bd_fault *fault)
+                           struct bd_err_detail *detail)
 {
     struct bd_defines defines = {0};
     const struct bd_program *program;
     bd_askers_define(askers, &defines);
     if (askers->near_patches) bd_define(&defines, "BD_VPL_PATCH", 1);
     enum bd_err err =
-        bd_compute_get(context->gpu, "pass/choose/all.comp", &defines, &program, fault);
+        bd_compute_get(context->gpu, "pass/choose/all.comp", &defines, &program, detail);
     if (err) return err;
     struct bd_asking asking;
     bd_askers_bind(askers, slice, &asking);
@@ -64,17 +64,17 @@ enum bd_err bd_choose_all(const struct bd_pass_context *context, const struct bd
                           const struct bd_askers_slice *slice, const struct bd_vpl_list *list,
                           uint32_t first_vpl, uint32_t vpl_count,
                           const struct bd_visibility_inputs *visibility,
-                          struct bd_segments *segments, struct bd_fault *fault)
+                          struct bd_segments *segments, struct bd_err_detail *detail)
 {
     const size_t receivers = bd_askers_count(askers, slice);
     BD_ASSERT_CMP(receivers, <=, bd_choose_all_max(vpl_count));
     bd_gpu_pass_begin(context->gpu, "choose");
-    enum bd_err err = ask_all(context, askers, slice, list, first_vpl, vpl_count, segments, fault);
+    enum bd_err err = ask_all(context, askers, slice, list, first_vpl, vpl_count, segments, detail);
     bd_gpu_pass_end(context->gpu);
     if (err) return err;
     bd_gpu_pass_begin(context->gpu, "visibility");
     err = bd_visibility_run(context, visibility, segments,
-                            (size_t)words_of(vpl_count) * 32 * receivers, fault);
+                            (size_t)words_of(vpl_count) * 32 * receivers, detail);
     bd_gpu_pass_end(context->gpu);
     return err;
 }
@@ -128,20 +128,20 @@ static void lay_out(struct bd_chooser *c)
     c->receivers_max = most < 64 ? 64 : (uint32_t)most;
 }
 
-static enum bd_err make_room(struct bd_chooser *c, struct bd_fault *fault)
+static enum bd_err make_room(struct bd_chooser *c, struct bd_err_detail *detail)
 {
     struct bd_gpu *gpu = c->context->gpu;
     const size_t receivers = c->receivers_max;
     enum bd_err err = bd_buf_create_unset(
-        gpu, "sums over vpls", receivers * c->sum_count * sizeof(float), &c->prefix, fault);
+        gpu, "sums over vpls", receivers * c->sum_count * sizeof(float), &c->prefix, detail);
     if (!err)
         err = bd_buf_create_unset(gpu, "vpls chosen", receivers * c->inputs.rays * PICK_BYTES,
-                                  &c->picks, fault);
-    if (!err) err = bd_segments_create(gpu, receivers * c->inputs.rays, &c->segments, fault);
+                                  &c->picks, detail);
+    if (!err) err = bd_segments_create(gpu, receivers * c->inputs.rays, &c->segments, detail);
     return err;
 }
 
-static enum bd_err get_programs(struct bd_chooser *c, struct bd_fault *fault)
+static enum bd_err get_programs(struct bd_chooser *c, struct bd_err_detail *detail)
 {
     if (c->inputs.choice) return BD_ERR_OK;
     struct bd_defines defines = {0}, weigh;
@@ -152,13 +152,13 @@ static enum bd_err get_programs(struct bd_chooser *c, struct bd_fault *fault)
     if (c->groups.as_one) bd_define(&defines, "BD_GROUPED", 1);
     weigh = defines;
     if (c->inputs.spread) bd_define(&weigh, "BD_SPREAD", 1);
-    enum bd_err err = bd_compute_get(gpu, "pass/choose/weigh.comp", &weigh, &c->weigh, fault);
-    return err ? err : bd_compute_get(gpu, "pass/choose/choose.comp", &defines, &c->choose, fault);
+    enum bd_err err = bd_compute_get(gpu, "pass/choose/weigh.comp", &weigh, &c->weigh, detail);
+    return err ? err : bd_compute_get(gpu, "pass/choose/choose.comp", &defines, &c->choose, detail);
 }
 
 enum bd_err bd_chooser_create(const struct bd_pass_context *context,
                               const struct bd_chooser_inputs *inputs, struct bd_chooser **out,
-                              struct bd_fault *fault)
+                              struct bd_err_detail *detail)
 {
     struct bd_chooser *c = *out = calloc(1, sizeof *c);
     BD_ASSERT(c);
@@ -169,8 +169,8 @@ enum bd_err bd_chooser_create(const struct bd_pass_context *context,
     c->width = inputs->askers.viewpoint->width_px;
     c->height = inputs->askers.viewpoint->height_px;
     lay_out(c);
-    enum bd_err err = get_programs(c, fault);
-    if (!err) err = make_room(c, fault);
+    enum bd_err err = get_programs(c, detail);
+    if (!err) err = make_room(c, detail);
     if (err) bd_chooser_destroy(context->gpu, out);
     return err;
 }
@@ -278,24 +278,24 @@ static enum bd_err choose(const struct bd_chooser *c)
     return run_parts(c, &parts);
 }
 
-static enum bd_err ask(const struct bd_chooser *c, struct bd_fault *fault)
+static enum bd_err ask(const struct bd_chooser *c, struct bd_err_detail *detail)
 {
     const struct bd_choice *choice = c->inputs.choice;
     if (choice) {
         struct bd_asking asking;
         bind(c, &asking);
         bind_choice(c, &asking);
-        return choice->run(choice->user, &c->slice, &asking, fault);
+        return choice->run(choice->user, &c->slice, &asking, detail);
     }
     enum bd_err err = weigh(c);
     return err ? err : choose(c);
 }
 
-static enum bd_err look(const struct bd_chooser *c, struct bd_fault *fault)
+static enum bd_err look(const struct bd_chooser *c, struct bd_err_detail *detail)
 {
     bd_gpu_pass_begin(c->context->gpu, "visibility");
     enum bd_err err = bd_visibility_run(c->context, c->inputs.visibility, c->segments,
-                                        receivers_of(c) * c->inputs.rays, fault);
+                                        receivers_of(c) * c->inputs.rays, detail);
     bd_gpu_pass_end(c->context->gpu);
     return err;
 }
@@ -344,12 +344,12 @@ static enum bd_err use_chosen(const struct bd_chooser *c, const struct bd_chosen
 }
 
 enum bd_err bd_chooser_run(struct bd_chooser *c, const struct bd_chosen_use *use,
-                           struct bd_fault *fault)
+                           struct bd_err_detail *detail)
 {
     enum bd_err err = BD_ERR_OK;
     while (!err && next_slice(c)) {
-        err = ask(c, fault);
-        if (!err) err = look(c, fault);
+        err = ask(c, detail);
+        if (!err) err = look(c, detail);
         if (!err) err = use_chosen(c, use);
     }
     return err;

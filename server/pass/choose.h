@@ -93,7 +93,7 @@ enum bd_err bd_choose_all(const struct bd_pass_context *context, const struct bd
                           const struct bd_askers_slice *slice, const struct bd_vpl_list *list,
                           uint32_t first_vpl, uint32_t vpl_count,
                           const struct bd_visibility_inputs *visibility,
-                          struct bd_segments *segments, struct bd_fault *fault);
+                          struct bd_segments *segments, struct bd_err_detail *detail);
 
 // --- a few --------------------------------------------------------------------------------------
 
@@ -104,7 +104,7 @@ struct bd_choice {
     double units;        // of its work a receiver, for slices
     // Leaves segments and picks of the slice, to which all buffers are bound.
     enum bd_err (*run)(void *user, const struct bd_askers_slice *slice, struct bd_asking *asking,
-                       struct bd_fault *fault);
+                       struct bd_err_detail *detail);
     void *user;
 };
 
@@ -124,7 +124,7 @@ struct bd_chooser;
 BD_MUST_CHECK
 enum bd_err bd_chooser_create(const struct bd_pass_context *context,
                               const struct bd_chooser_inputs *inputs, struct bd_chooser **out,
-                              struct bd_fault *fault);
+                              struct bd_err_detail *detail);
 void bd_chooser_destroy(struct bd_gpu *gpu, struct bd_chooser **chooser);
 
 // What is done with the chosen VPLs of each slice: a program with shaders/common/chosen_light.glsl,
@@ -138,7 +138,7 @@ struct bd_chosen_use {
 // Chooses and has the answers, a slice after the other.
 BD_MUST_CHECK
 enum bd_err bd_chooser_run(struct bd_chooser *chooser, const struct bd_chosen_use *use,
-                           struct bd_fault *fault);
+                           struct bd_err_detail *detail);
 struct bd_ray_counts bd_chooser_rays(const struct bd_chooser *chooser);
 
 #endif

@@ -97,19 +97,19 @@ static enum bd_err choose_slice(struct bd_tree_choice *c)
 }
 
 static enum bd_err run(void *user, const struct bd_askers_slice *slice, struct bd_asking *asking,
-                       struct bd_fault *fault)
+                       struct bd_err_detail *detail)
 {
     struct bd_tree_choice *c = user;
     struct bd_gpu *gpu = c->context->gpu;
     c->asking = asking;
     c->receivers = slice->count;
-    enum bd_err err = bd_tree_walk_begin(gpu, c->inputs, c->receivers, &c->walk, fault);
+    enum bd_err err = bd_tree_walk_begin(gpu, c->inputs, c->receivers, &c->walk, detail);
     if (!err) err = choose_slice(c);
     bd_tree_walk_end(gpu, &c->walk);
     return err;
 }
 
-static enum bd_err get_programs(struct bd_tree_choice *c, struct bd_fault *fault)
+static enum bd_err get_programs(struct bd_tree_choice *c, struct bd_err_detail *detail)
 {
     struct bd_gpu *gpu = c->context->gpu;
     struct bd_defines defines = {0}, weigh;
@@ -121,16 +121,17 @@ static enum bd_err get_programs(struct bd_tree_choice *c, struct bd_fault *fault
     weigh = defines;
     if (c->inputs->spread) bd_define(&weigh, "BD_SPREAD", 1);
     enum bd_err err =
-        bd_compute_get(gpu, "pass/choose_tree/estimate.comp", &defines, &c->estimate, fault);
-    if (!err) err = bd_compute_get(gpu, "pass/choose_tree/weigh.comp", &weigh, &c->weigh, fault);
+        bd_compute_get(gpu, "pass/choose_tree/estimate.comp", &defines, &c->estimate, detail);
+    if (!err) err = bd_compute_get(gpu, "pass/choose_tree/weigh.comp", &weigh, &c->weigh, detail);
     if (!err)
-        err = bd_compute_get(gpu, "pass/choose_tree/choose.comp", &defines, &c->choose, fault);
-    return err ? err : bd_compute_get(gpu, "pass/choose_tree/pick.comp", &defines, &c->pick, fault);
+        err = bd_compute_get(gpu, "pass/choose_tree/choose.comp", &defines, &c->choose, detail);
+    return err ? err
+               : bd_compute_get(gpu, "pass/choose_tree/pick.comp", &defines, &c->pick, detail);
 }
 
 enum bd_err bd_tree_choice_create(const struct bd_pass_context *context,
                                   const struct bd_gather_tree_inputs *inputs, uint32_t rays,
-                                  struct bd_tree_choice **out, struct bd_fault *fault)
+                                  struct bd_tree_choice **out, struct bd_err_detail *detail)
 {
     struct bd_tree_choice *c = *out = calloc(1, sizeof *c);
     BD_ASSERT(c);
@@ -139,7 +140,7 @@ enum bd_err bd_tree_choice_create(const struct bd_pass_context *context,
     c->rays = rays;
     c->choice = (struct bd_choice){inputs->tree_count + SUMS_BESIDE_LIGHTS, inputs->tree_count,
                                    UNITS_PER_RECEIVER, run, c};
-    enum bd_err err = get_programs(c, fault);
+    enum bd_err err = get_programs(c, detail);
     if (err) bd_tree_choice_destroy(out);
     return err;
 }

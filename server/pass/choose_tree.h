@@ -19,7 +19,7 @@ struct bd_tree_choice;
 BD_MUST_CHECK
 enum bd_err bd_tree_choice_create(const struct bd_pass_context *context,
                                   const struct bd_gather_tree_inputs *inputs, uint32_t rays,
-                                  struct bd_tree_choice **out, struct bd_fault *fault);
+                                  struct bd_tree_choice **out, struct bd_err_detail *detail);
 void bd_tree_choice_destroy(struct bd_tree_choice **choice);
 // For a chooser's inputs. Lives as long as the choice.
 const struct bd_choice *bd_tree_choice_get(const struct bd_tree_choice *choice);

@@ -54,10 +54,10 @@ static void bind_inputs(const struct bd_composite_inputs *inputs, bool doubt,
 static enum bd_err run_rows(const struct bd_pass_context *context,
                             const struct bd_program_source *source, const struct bd_view *view,
                             struct bd_bindings *bindings, struct bd_composite_args *args,
-                            struct bd_fault *fault)
+                            struct bd_err_detail *detail)
 {
     struct bd_program *program;
-    enum bd_err err = bd_program_get(context->gpu, source, &program, fault);
+    enum bd_err err = bd_program_get(context->gpu, source, &program, detail);
     if (err) return err;
     bindings->uniforms[BD_UNIFORM_VIEW].bytes = view;
     bindings->uniforms[BD_UNIFORM_VIEW].size_bytes = sizeof *view;
@@ -81,7 +81,7 @@ static enum bd_err run_rows(const struct bd_pass_context *context,
 
 enum bd_err bd_composite_run(const struct bd_pass_context *context,
                              const struct bd_composite_inputs *inputs, uint32_t which,
-                             struct bd_tex *layer, struct bd_fault *fault)
+                             struct bd_tex *layer, struct bd_err_detail *detail)
 {
     const struct bd_program_source source = source_of(inputs, which);
     const struct bd_render_space *space = &inputs->scene->space;
@@ -99,12 +99,12 @@ enum bd_err bd_composite_run(const struct bd_pass_context *context,
     struct bd_bindings bindings = {0};
     bind_inputs(inputs, which == BD_COMPOSITE_NOISE || which == BD_COMPOSITE_BLUR, &bindings);
     bd_bind_image(&bindings, 0, layer, true, true);
-    return run_rows(context, &source, &view, &bindings, &args, fault);
+    return run_rows(context, &source, &view, &bindings, &args, detail);
 }
 
 enum bd_err bd_composite_finish(const struct bd_pass_context *context,
                                 const struct bd_composite_sums *inputs, uint32_t which,
-                                struct bd_tex *layer, struct bd_fault *fault)
+                                struct bd_tex *layer, struct bd_err_detail *detail)
 {
     struct bd_program_source source = {.compute = "pass/composite/finish.comp"};
     bd_define(&source.defines, "BD_LAYER", (int32_t)which);
@@ -113,5 +113,5 @@ enum bd_err bd_composite_finish(const struct bd_pass_context *context,
     struct bd_bindings bindings = {0};
     bd_bind_image(&bindings, 0, layer, false, true);
     bd_bind_image(&bindings, 1, inputs->sums, true, false);
-    return run_rows(context, &source, &view, &bindings, &args, fault);
+    return run_rows(context, &source, &view, &bindings, &args, detail);
 }

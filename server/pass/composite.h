@@ -35,7 +35,7 @@ struct bd_composite_inputs {
 BD_MUST_CHECK
 enum bd_err bd_composite_run(const struct bd_pass_context *context,
                              const struct bd_composite_inputs *inputs, uint32_t which,
-                             struct bd_tex *layer, struct bd_fault *fault);
+                             struct bd_tex *layer, struct bd_err_detail *detail);
 
 struct bd_composite_sums {
     const struct bd_gpu_scene *scene;
@@ -48,6 +48,6 @@ struct bd_composite_sums {
 BD_MUST_CHECK
 enum bd_err bd_composite_finish(const struct bd_pass_context *context,
                                 const struct bd_composite_sums *inputs, uint32_t which,
-                                struct bd_tex *layer, struct bd_fault *fault);
+                                struct bd_tex *layer, struct bd_err_detail *detail);
 
 #endif

@@ -26,7 +26,8 @@ size_t bd_cosine_rays_bytes(const struct bd_cosine_rays *r)
            (sizeof *r->rays + sizeof *r->hits + sizeof *r->lanes + sizeof *r->numbers);
 }
 
-static enum bd_err make_room(struct bd_cosine_rays *r, uint32_t group_count, struct bd_fault *fault)
+static enum bd_err make_room(struct bd_cosine_rays *r, uint32_t group_count,
+                             struct bd_err_detail *detail)
 {
     const size_t rays = group_count * rays_of_group(r);
     if (r->rays) return BD_ERR_OK;
@@ -41,7 +42,7 @@ static enum bd_err make_room(struct bd_cosine_rays *r, uint32_t group_count, str
     r->first_ray = malloc(group_count * sizeof *r->first_ray);
     if (r->rays && r->hits && r->lanes && r->numbers && r->ray_count && r->first_ray)
         return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_NO_MEMORY, "far_rays", "no memory for %zu rays", rays);
+    return bd_err_set(detail, BD_ERR_NO_MEMORY, "far_rays", "no memory for %zu rays", rays);
 }
 
 void bd_cosine_rays_finish(struct bd_cosine_rays *r)
@@ -131,15 +132,15 @@ static void close_ranks(struct bd_cosine_rays *r)
 enum bd_err bd_cosine_rays_trace(const struct bd_pass_context *context, struct bd_cosine_rays *r,
                                  const struct bd_receiver_part *part,
                                  const struct bd_visibility_inputs *visibility,
-                                 struct bd_fault *fault)
+                                 struct bd_err_detail *detail)
 {
     r->part = part;
     r->view_reach = part->askers ? bd_askers_reach(part->askers) : 0;
-    enum bd_err err = make_room(r, part->group_count, fault);
+    enum bd_err err = make_room(r, part->group_count, detail);
     bd_slicer_work(context->slicer, "cosine rays");
     const double units = UNITS_PER_RAY * (double)rays_of_group(r) / r->one_of;
     if (!err) err = bd_receivers_each(context, part->group_count, units, aim_group, r);
     if (err) return err;
     close_ranks(r);
-    return bd_nearest_ask(context, visibility, r->rays, r->count, r->hits, &r->traced, fault);
+    return bd_nearest_ask(context, visibility, r->rays, r->count, r->hits, &r->traced, detail);
 }

@@ -38,7 +38,7 @@ BD_MUST_CHECK
 enum bd_err bd_cosine_rays_trace(const struct bd_pass_context *context, struct bd_cosine_rays *rays,
                                  const struct bd_receiver_part *part,
                                  const struct bd_visibility_inputs *visibility,
-                                 struct bd_fault *fault);
+                                 struct bd_err_detail *detail);
 void bd_cosine_rays_finish(struct bd_cosine_rays *rays);
 
 #endif

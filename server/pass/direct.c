@@ -54,12 +54,12 @@ static enum bd_err add_light(const struct bd_pass_context *context,
 
 static enum bd_err add_lights(const struct bd_pass_context *context,
                               const struct bd_direct_inputs *inputs, struct bd_tex *radiance,
-                              struct bd_fault *fault)
+                              struct bd_err_detail *detail)
 {
     struct bd_program_source source = {.compute = "pass/direct/direct.comp"};
     if (inputs->lambert) bd_define(&source.defines, "BD_LAMBERT", 1);
     struct bd_program *program;
-    enum bd_err err = bd_program_get(context->gpu, &source, &program, fault);
+    enum bd_err err = bd_program_get(context->gpu, &source, &program, detail);
     const struct bd_view view = bd_viewpoint_uniform(inputs->viewpoint, &inputs->scene->space);
     for (uint32_t i = 0; !err && i < inputs->light_count; i++)
         err = add_light(context, inputs, program, &view, i, radiance);
@@ -68,7 +68,7 @@ static enum bd_err add_lights(const struct bd_pass_context *context,
 
 enum bd_err bd_direct_run(const struct bd_pass_context *context,
                           const struct bd_direct_inputs *inputs, struct bd_tex **out,
-                          struct bd_fault *fault)
+                          struct bd_err_detail *detail)
 {
     const struct bd_tex_desc desc = {
         .name = "direct",
@@ -77,12 +77,12 @@ enum bd_err bd_direct_run(const struct bd_pass_context *context,
         .height_px = inputs->viewpoint->height_px,
     };
     struct bd_tex *radiance = NULL;
-    enum bd_err err = bd_tex_create(context->gpu, &desc, &radiance, fault);
+    enum bd_err err = bd_tex_create(context->gpu, &desc, &radiance, detail);
     if (err) return err;
     if (inputs->light_count > 0 && context->processor)
-        err = bd_direct_native_run(context, inputs, radiance, fault);
+        err = bd_direct_native_run(context, inputs, radiance, detail);
     else if (inputs->light_count > 0)
-        err = add_lights(context, inputs, radiance, fault);
+        err = add_lights(context, inputs, radiance, detail);
     else
         bd_tex_clear(context->gpu, radiance, (const float[4]){0});
     if (err) {

@@ -28,6 +28,6 @@ struct bd_direct_inputs {
 BD_MUST_CHECK
 enum bd_err bd_direct_run(const struct bd_pass_context *context,
                           const struct bd_direct_inputs *inputs, struct bd_tex **out,
-                          struct bd_fault *fault);
+                          struct bd_err_detail *detail);
 
 #endif

@@ -19,7 +19,7 @@ struct direct {
     const struct bd_pass_context *context;
     const struct bd_direct_inputs *inputs;
     struct bd_tex *radiance;
-    struct bd_fault *fault;
+    struct bd_err_detail *detail;
     struct bd_view view;
     struct bd_light_uniform light;
     uint32_t rows_max, group_count;
@@ -62,8 +62,8 @@ static enum bd_err make_room(struct direct *d)
     if (d->depth && d->normals && d->albedo && d->material && d->triangle && d->light_sums &&
         d->aims && d->rows)
         return BD_ERR_OK;
-    return bd_fault_set(d->fault, BD_ERR_NO_MEMORY, "size", "no memory for %zu pixels of a band",
-                        pixels);
+    return bd_err_set(d->detail, BD_ERR_NO_MEMORY, "size", "no memory for %zu pixels of a band",
+                      pixels);
 }
 
 static void free_room(struct direct *d)
@@ -194,9 +194,9 @@ static enum bd_err take_light(struct direct *d, uint32_t index)
     free(d->ids);
     d->ids = malloc(d->light.kind.y * side * side * sizeof *d->ids);
     if (!d->ids)
-        return bd_fault_set(d->fault, BD_ERR_NO_MEMORY, "shadow_size",
-                            "no memory for a copy of %u faces of %zu texels a side",
-                            d->light.kind.y, side);
+        return bd_err_set(d->detail, BD_ERR_NO_MEMORY, "shadow_size",
+                          "no memory for a copy of %u faces of %zu texels a side", d->light.kind.y,
+                          side);
     memset(d->there, 0, sizeof d->there);
     d->shadows = (struct bd_shadow_copy){.side_px = (uint32_t)side, .triangles = d->triangles};
     for (uint32_t face = 0; face < d->light.kind.y; face++)
@@ -224,20 +224,20 @@ static enum bd_err add_light(struct direct *d, uint32_t index)
 
 enum bd_err bd_direct_native_run(const struct bd_pass_context *context,
                                  const struct bd_direct_inputs *inputs, struct bd_tex *radiance,
-                                 struct bd_fault *fault)
+                                 struct bd_err_detail *detail)
 {
     struct bd_buf *triangles = inputs->scene->triangles;
     struct direct d = {
         .context = context,
         .inputs = inputs,
         .radiance = radiance,
-        .fault = fault,
+        .detail = detail,
         .view = bd_viewpoint_uniform(inputs->viewpoint, &inputs->scene->space),
     };
     enum bd_err err = make_room(&d);
     if (!err)
-        err =
-            bd_buf_borrow(context->gpu, triangles, BD_BORROW_TO_READ, (void **)&d.triangles, fault);
+        err = bd_buf_borrow(context->gpu, triangles, BD_BORROW_TO_READ, (void **)&d.triangles,
+                            detail);
     for (uint32_t i = 0; !err && i < inputs->light_count; i++) err = add_light(&d, i);
     bd_buf_return(context->gpu, triangles, BD_BORROW_TO_READ, (void **)&d.triangles);
     free_room(&d);

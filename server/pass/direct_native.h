@@ -13,6 +13,6 @@
 BD_MUST_CHECK
 enum bd_err bd_direct_native_run(const struct bd_pass_context *context,
                                  const struct bd_direct_inputs *inputs, struct bd_tex *radiance,
-                                 struct bd_fault *fault);
+                                 struct bd_err_detail *detail);
 
 #endif

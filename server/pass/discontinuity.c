@@ -46,32 +46,32 @@ struct work {
 
 static enum bd_err create_texture(struct bd_gpu *gpu, const char *name, enum bd_format format,
                                   uint32_t width_px, uint32_t height_px, struct bd_tex **out,
-                                  struct bd_fault *fault)
+                                  struct bd_err_detail *detail)
 {
     const struct bd_tex_desc desc = {
         .name = name, .format = format, .width_px = width_px, .height_px = height_px};
-    return bd_tex_create(gpu, &desc, out, fault);
+    return bd_tex_create(gpu, &desc, out, detail);
 }
 
-static enum bd_err create_stacks(struct work *w, struct bd_fault *fault)
+static enum bd_err create_stacks(struct work *w, struct bd_err_detail *detail)
 {
     struct bd_gpu *gpu = w->context->gpu;
     const enum bd_format format = BD_FORMAT_R32UI;
     uint32_t width, height;
     bd_multires_stack_size(&w->args.multires, &width, &height);
     enum bd_err err =
-        create_texture(gpu, "block flags", format, width, height, &w->out->flags, fault);
+        create_texture(gpu, "block flags", format, width, height, &w->out->flags, detail);
     if (!err)
         err = create_texture(gpu, "block representatives", format, width, height,
-                             &w->out->representative, fault);
+                             &w->out->representative, detail);
     if (!err && w->args.neighbour_count > 0)
-        err = create_texture(gpu, "block own tests", format, width, height, &w->own, fault);
+        err = create_texture(gpu, "block own tests", format, width, height, &w->own, detail);
     return err;
 }
 
 // Only what the tests read.
 static enum bd_err create_pyramid(const struct work *w, uint32_t level, struct pyramid *pyramid,
-                                  struct bd_fault *fault)
+                                  struct bd_err_detail *detail)
 {
     struct bd_gpu *gpu = w->context->gpu;
     const struct bd_uvec4 size = w->args.multires.levels[level];
@@ -80,22 +80,22 @@ static enum bd_err create_pyramid(const struct work *w, uint32_t level, struct p
     enum bd_err err = BD_ERR_OK;
     if (w->depth_test != BD_DEPTH_TEST_OFF)
         err = create_texture(gpu, "depth pyramid", depth_range ? BD_FORMAT_RG32F : BD_FORMAT_R32F,
-                             size.x, size.y, &pyramid->depth, fault);
+                             size.x, size.y, &pyramid->depth, detail);
     if (!err && w->normal_test != BD_NORMAL_TEST_OFF)
         err =
             create_texture(gpu, "normal pyramid", normal_range ? BD_FORMAT_RGBA32F : BD_FORMAT_R32F,
-                           size.x, size.y, &pyramid->normal, fault);
+                           size.x, size.y, &pyramid->normal, detail);
     if (!err && normal_range)
         err = create_texture(gpu, "normal pyramid, least", BD_FORMAT_RGBA32F, size.x, size.y,
-                             &pyramid->normal_least, fault);
+                             &pyramid->normal_least, detail);
     return err;
 }
 
-static enum bd_err create_pyramids(struct work *w, struct bd_fault *fault)
+static enum bd_err create_pyramids(struct work *w, struct bd_err_detail *detail)
 {
     enum bd_err err = BD_ERR_OK;
     for (uint32_t level = 1; !err && level < 3 && level < w->args.multires.size_px.z; level++)
-        err = create_pyramid(w, level, &w->pyramids[level - 1], fault);
+        err = create_pyramid(w, level, &w->pyramids[level - 1], detail);
     return err;
 }
 
@@ -144,7 +144,7 @@ static void bind_finer(const struct pyramid *from, struct bd_bindings *bindings)
 // --- kernels ------------------------------------------------------------------------------
 
 static enum bd_err get_program(const struct work *w, const char *compute, bool measures, bool seen,
-                               const struct bd_program **out, struct bd_fault *fault)
+                               const struct bd_program **out, struct bd_err_detail *detail)
 {
     struct bd_program_source source = {.compute = compute};
     if (measures) bd_define(&source.defines, "BD_DEPTH_TEST", (int32_t)w->depth_test);
@@ -153,7 +153,7 @@ static enum bd_err get_program(const struct work *w, const char *compute, bool m
     if (seen && measures && w->inputs->settings.geometric_normals)
         bd_define(&source.defines, "BD_GEOMETRIC_NORMALS", 1);
     struct bd_program *program = NULL;
-    enum bd_err err = bd_program_get(w->context->gpu, &source, &program, fault);
+    enum bd_err err = bd_program_get(w->context->gpu, &source, &program, detail);
     *out = program;
     return err;
 }
@@ -193,11 +193,11 @@ static enum bd_err run_level(struct work *w, const struct bd_program *program,
     return BD_ERR_OK;
 }
 
-static enum bd_err measure(struct work *w, struct bd_fault *fault)
+static enum bd_err measure(struct work *w, struct bd_err_detail *detail)
 {
     const struct bd_program *program;
     enum bd_err err =
-        get_program(w, "pass/discontinuity/measure.comp", true, true, &program, fault);
+        get_program(w, "pass/discontinuity/measure.comp", true, true, &program, detail);
     if (err) return err;
     struct bd_bindings bindings = {0};
     bind_seen(w, &bindings);
@@ -206,11 +206,11 @@ static enum bd_err measure(struct work *w, struct bd_fault *fault)
     return run_level(w, program, &bindings, 1);
 }
 
-static enum bd_err reduce(struct work *w, struct bd_fault *fault)
+static enum bd_err reduce(struct work *w, struct bd_err_detail *detail)
 {
     const struct bd_program *program;
     enum bd_err err =
-        get_program(w, "pass/discontinuity/reduce.comp", true, false, &program, fault);
+        get_program(w, "pass/discontinuity/reduce.comp", true, false, &program, detail);
     for (uint32_t level = 2; !err && level < w->args.multires.size_px.z; level++) {
         struct bd_bindings bindings = {0};
         bind_finer(&w->pyramids[level % 2], &bindings);
@@ -220,11 +220,11 @@ static enum bd_err reduce(struct work *w, struct bd_fault *fault)
     return err;
 }
 
-static enum bd_err settle(struct work *w, struct bd_fault *fault)
+static enum bd_err settle(struct work *w, struct bd_err_detail *detail)
 {
     const struct bd_program *program;
     enum bd_err err =
-        get_program(w, "pass/discontinuity/settle.comp", false, false, &program, fault);
+        get_program(w, "pass/discontinuity/settle.comp", false, false, &program, detail);
     for (uint32_t level = 1; !err && level < w->args.multires.size_px.z; level++) {
         struct bd_bindings bindings = {0};
         bindings.textures[BD_UNIT_OWN_TESTS].tex = w->own;
@@ -235,11 +235,11 @@ static enum bd_err settle(struct work *w, struct bd_fault *fault)
 }
 
 // Level 1 has them from the pixels that it measured.
-static enum bd_err find_representatives(struct work *w, struct bd_fault *fault)
+static enum bd_err find_representatives(struct work *w, struct bd_err_detail *detail)
 {
     const struct bd_program *program;
     enum bd_err err =
-        get_program(w, "pass/discontinuity/representative.comp", false, true, &program, fault);
+        get_program(w, "pass/discontinuity/representative.comp", false, true, &program, detail);
     if (err) return err;
     struct bd_bindings bindings = {0};
     bind_seen(w, &bindings);
@@ -250,15 +250,15 @@ static enum bd_err find_representatives(struct work *w, struct bd_fault *fault)
     return err;
 }
 
-static enum bd_err run(struct work *w, struct bd_fault *fault)
+static enum bd_err run(struct work *w, struct bd_err_detail *detail)
 {
-    enum bd_err err = create_stacks(w, fault);
+    enum bd_err err = create_stacks(w, detail);
     if (err || w->args.multires.size_px.z == 1) return err;
-    err = create_pyramids(w, fault);
-    if (!err) err = measure(w, fault);
-    if (!err) err = reduce(w, fault);
-    if (!err && w->own) err = settle(w, fault);
-    if (!err) err = find_representatives(w, fault);
+    err = create_pyramids(w, detail);
+    if (!err) err = measure(w, detail);
+    if (!err) err = reduce(w, detail);
+    if (!err && w->own) err = settle(w, detail);
+    if (!err) err = find_representatives(w, detail);
     return err;
 }
 
@@ -306,7 +306,7 @@ static struct work work_of(const struct bd_pass_context *context,
 
 enum bd_err bd_discontinuity_run(const struct bd_pass_context *context,
                                  const struct bd_discontinuity_inputs *inputs,
-                                 struct bd_discontinuity **out, struct bd_fault *fault)
+                                 struct bd_discontinuity **out, struct bd_err_detail *detail)
 {
     BD_ASSERT(!inputs->gbuffer != !inputs->rsm);
     BD_ASSERT(inputs->settings.depth_threshold >= 0 && inputs->settings.normal_threshold >= 0);
@@ -314,7 +314,7 @@ enum bd_err bd_discontinuity_run(const struct bd_pass_context *context,
     w.out = calloc(1, sizeof *w.out);
     BD_ASSERT(w.out);
     w.out->layout = w.args.multires;
-    enum bd_err err = run(&w, fault);
+    enum bd_err err = run(&w, detail);
     destroy_work(&w);
     if (err) {
         bd_discontinuity_destroy(context->gpu, &w.out);

@@ -88,7 +88,7 @@ struct bd_discontinuity {
 BD_MUST_CHECK
 enum bd_err bd_discontinuity_run(const struct bd_pass_context *context,
                                  const struct bd_discontinuity_inputs *inputs,
-                                 struct bd_discontinuity **out, struct bd_fault *fault);
+                                 struct bd_discontinuity **out, struct bd_err_detail *detail);
 void bd_discontinuity_destroy(struct bd_gpu *gpu, struct bd_discontinuity **discontinuity);
 uint64_t bd_discontinuity_bytes(const struct bd_discontinuity *discontinuity);
 

@@ -45,7 +45,7 @@ struct far {
     struct bd_segment *ways;
     uint32_t *hidden;
     f3 *of_points; // that are the receivers, or NULL
-    struct bd_fault *fault;
+    struct bd_err_detail *detail;
 };
 
 // --- room ---------------------------------------------------------------------------------------
@@ -73,7 +73,7 @@ static enum bd_err make_room(struct far *f, uint32_t group_count)
     f->cosine = malloc(rays * sizeof *f->cosine);
     f->place_count = malloc(group_count * sizeof *f->place_count);
     if (f->places && f->askers && f->irradiance && f->cosine && f->place_count) return BD_ERR_OK;
-    return bd_fault_set(f->fault, BD_ERR_NO_MEMORY, "far_rays", "no memory for %zu rays", rays);
+    return bd_err_set(f->detail, BD_ERR_NO_MEMORY, "far_rays", "no memory for %zu rays", rays);
 }
 
 // --- what rays bring ----------------------------------------------------------------------------
@@ -227,13 +227,13 @@ static enum bd_err add_light_of_points(struct far *f)
     f->ways = malloc((room + 1) * BD_IRRADIANCE_POINTS_ASKED * sizeof *f->ways);
     f->hidden = malloc((room + 1) * BD_IRRADIANCE_POINTS_ASKED * sizeof *f->hidden / 8);
     if (!f->near || !f->ways || !f->hidden)
-        err = bd_fault_set(f->fault, BD_ERR_NO_MEMORY, "far_rays", "no memory for %zu ways", room);
+        err = bd_err_set(f->detail, BD_ERR_NO_MEMORY, "far_rays", "no memory for %zu ways", room);
     if (!err)
         err = bd_receivers_each(&f->context, groups, UNITS_PER_PLACE * BD_LANES, find_points, f);
     if (!err)
         err = bd_visibility_ask(&f->context, f->inputs->visibility, f->ways,
                                 room * BD_IRRADIANCE_POINTS_ASKED, f->hidden, &f->rays.traced,
-                                f->fault);
+                                f->detail);
     for (uint32_t i = 0; !err && i < f->place_total; i++)
         f->irradiance[i] = f3_add(f->irradiance[i], light_of_points(f, i));
     free(f->near);
@@ -257,7 +257,7 @@ static enum bd_err add_light_of_places(struct far *f)
     f->place_total = close_ranks(f);
     enum bd_err err =
         bd_first_light_run(&f->context, in->first, in->visibility, in->seed, f->places,
-                           f->place_total, f->irradiance, f->cosine, &f->rays.traced, f->fault);
+                           f->place_total, f->irradiance, f->cosine, &f->rays.traced, f->detail);
     if (!err && in->points && f->place_total > 0) err = add_light_of_points(f);
     bd_slicer_work(f->context.slicer, "far");
     if (!err)
@@ -274,7 +274,7 @@ static enum bd_err light_part(void *user, const struct bd_receiver_part *part)
     f->part = part;
     enum bd_err err = make_room(f, part->group_count);
     if (!err)
-        err = bd_cosine_rays_trace(&f->context, &f->rays, part, f->inputs->visibility, f->fault);
+        err = bd_cosine_rays_trace(&f->context, &f->rays, part, f->inputs->visibility, f->detail);
     bd_slicer_work(f->context.slicer, "far");
     if (!err)
         err = bd_receivers_each(&f->context, part->group_count, UNITS_PER_HIT * rays_of_group(f),
@@ -288,7 +288,7 @@ static enum bd_err light_part(void *user, const struct bd_receiver_part *part)
 
 static enum bd_err run(const struct bd_pass_context *context, const struct bd_far_inputs *inputs,
                        struct bd_receivers_inputs *receivers, f3 *of_points,
-                       struct bd_ray_counts *traced, struct bd_fault *fault)
+                       struct bd_ray_counts *traced, struct bd_err_detail *detail)
 {
     struct far f = {
         .context = *context,
@@ -297,7 +297,7 @@ static enum bd_err run(const struct bd_pass_context *context, const struct bd_fa
         .roulette = bd_sequence_of(bd_askers_seed(inputs->seed), OF_ROULETTE),
         .rays = {.of_receiver = inputs->rays, .seed = inputs->seed, .one_of = 1},
         .of_points = of_points,
-        .fault = fault,
+        .detail = detail,
     };
     f.context.processor = &f.processor;
     receivers->starts = true;
@@ -306,7 +306,7 @@ static enum bd_err run(const struct bd_pass_context *context, const struct bd_fa
     receivers->light = light_part;
     receivers->user = &f;
     bd_surface_hits_init(&f.surfaces, inputs->snapshot);
-    const enum bd_err err = bd_receivers_run(&f.context, receivers, fault);
+    const enum bd_err err = bd_receivers_run(&f.context, receivers, detail);
     bd_ray_counts_add(traced, f.rays.traced);
     bd_surface_hits_finish(&f.surfaces);
     bd_cosine_rays_finish(&f.rays);
@@ -327,7 +327,7 @@ static void bind_outputs(const void *user, struct bd_bindings *bindings)
 
 enum bd_err bd_far_run(const struct bd_pass_context *context, const struct bd_far_inputs *inputs,
                        const struct bd_gather_inputs *gather, struct bd_indirect *indirect,
-                       struct bd_fault *fault)
+                       struct bd_err_detail *detail)
 {
     struct bd_receivers_inputs receivers = {
         .askers = bd_gather_askers(gather),
@@ -337,7 +337,7 @@ enum bd_err bd_far_run(const struct bd_pass_context *context, const struct bd_fa
         .bind = bind_outputs,
         .out = indirect,
     };
-    return run(context, inputs, &receivers, NULL, &indirect->rays, fault);
+    return run(context, inputs, &receivers, NULL, &indirect->rays, detail);
 }
 
 static void bind_fragments(const void *user, struct bd_bindings *bindings)
@@ -352,7 +352,7 @@ static void bind_fragments(const void *user, struct bd_bindings *bindings)
 enum bd_err bd_far_of_fragments(const struct bd_pass_context *context,
                                 const struct bd_far_inputs *inputs,
                                 const struct bd_gather_fragments_inputs *gather,
-                                struct bd_multires_light *light, struct bd_fault *fault)
+                                struct bd_multires_light *light, struct bd_err_detail *detail)
 {
     struct bd_receivers_inputs receivers = {
         .askers = bd_fragment_askers(gather),
@@ -362,14 +362,14 @@ enum bd_err bd_far_of_fragments(const struct bd_pass_context *context,
         .bind = bind_fragments,
         .out = light,
     };
-    return run(context, inputs, &receivers, NULL, &light->rays, fault);
+    return run(context, inputs, &receivers, NULL, &light->rays, detail);
 }
 
 enum bd_err bd_far_of_points(const struct bd_pass_context *context,
                              const struct bd_far_inputs *inputs,
                              const struct bd_surface_point *points, uint32_t count, f3 *irradiance,
-                             struct bd_ray_counts *traced, struct bd_fault *fault)
+                             struct bd_ray_counts *traced, struct bd_err_detail *detail)
 {
     struct bd_receivers_inputs receivers = {.points = points, .point_count = count};
-    return run(context, inputs, &receivers, irradiance, traced, fault);
+    return run(context, inputs, &receivers, irradiance, traced, detail);
 }

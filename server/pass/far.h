@@ -43,14 +43,14 @@ struct bd_far_inputs {
 BD_MUST_CHECK
 enum bd_err bd_far_run(const struct bd_pass_context *context, const struct bd_far_inputs *inputs,
                        const struct bd_gather_inputs *gather, struct bd_indirect *indirect,
-                       struct bd_fault *fault);
+                       struct bd_err_detail *detail);
 
 // Of fragments, in a pass "far". Adds to `light`: to its noise, too, where it has any.
 BD_MUST_CHECK
 enum bd_err bd_far_of_fragments(const struct bd_pass_context *context,
                                 const struct bd_far_inputs *inputs,
                                 const struct bd_gather_fragments_inputs *gather,
-                                struct bd_multires_light *light, struct bd_fault *fault);
+                                struct bd_multires_light *light, struct bd_err_detail *detail);
 
 // Of points, within whatever pass. Adds to what they got, which stands for what comes to places
 // beside them that nobody else knows.
@@ -58,6 +58,6 @@ BD_MUST_CHECK
 enum bd_err bd_far_of_points(const struct bd_pass_context *context,
                              const struct bd_far_inputs *inputs,
                              const struct bd_surface_point *points, uint32_t count, f3 *irradiance,
-                             struct bd_ray_counts *traced, struct bd_fault *fault);
+                             struct bd_ray_counts *traced, struct bd_err_detail *detail);
 
 #endif

@@ -35,13 +35,13 @@ static void bind(const struct filter *f, const struct bd_fragments *list, bool f
 
 // Fragments of level 0, or the others, which come first.
 static enum bd_err filter_list(const struct filter *f, const struct bd_fragments *list, bool fine,
-                               struct bd_fault *fault)
+                               struct bd_err_detail *detail)
 {
     struct bd_defines defines = {0};
     const struct bd_program *program;
     if (fine ? f->to->fine_vector : f->to->coarse_vector) bd_define(&defines, "BD_VECTOR", 1);
-    enum bd_err err = bd_compute_get(
-        f->context->gpu, "pass/filter_fragments/filter_fragments.comp", &defines, &program, fault);
+    enum bd_err err = bd_compute_get(f->context->gpu, "pass/filter_fragments/filter_fragments.comp",
+                                     &defines, &program, detail);
     const uint32_t first = fine ? list->level_first[0] : 0;
     const uint32_t end = fine ? first + list->level_count[0] : list->count - list->level_count[0];
     for (uint32_t at = first, count; !err && at < end; at += count) {
@@ -62,7 +62,7 @@ static enum bd_err filter_list(const struct filter *f, const struct bd_fragments
 enum bd_err bd_filter_fragments_run(const struct bd_pass_context *context,
                                     const struct bd_gather_fragments_inputs *inputs,
                                     const struct bd_fragments *const *lists, uint32_t list_count,
-                                    struct bd_multires_light **light, struct bd_fault *fault)
+                                    struct bd_multires_light **light, struct bd_err_detail *detail)
 {
     struct filter f = {
         .context = context,
@@ -73,9 +73,9 @@ enum bd_err bd_filter_fragments_run(const struct bd_pass_context *context,
     bd_gpu_pass_begin(context->gpu, "filter");
     bd_slicer_work(context->slicer, "filter_fragments");
     enum bd_err err = bd_multires_light_create(context->gpu, &(*light)->layout,
-                                               bd_fragment_vectors(inputs), &f.to, fault);
+                                               bd_fragment_vectors(inputs), &f.to, detail);
     for (uint32_t l = 0; !err && l < 2 * list_count; l++)
-        err = filter_list(&f, lists[l / 2], l % 2, fault);
+        err = filter_list(&f, lists[l / 2], l % 2, detail);
     bd_gpu_pass_end(context->gpu);
     if (err) {
         bd_multires_light_destroy(context->gpu, &f.to);

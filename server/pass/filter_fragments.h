@@ -14,6 +14,6 @@ BD_MUST_CHECK
 enum bd_err bd_filter_fragments_run(const struct bd_pass_context *context,
                                     const struct bd_gather_fragments_inputs *inputs,
                                     const struct bd_fragments *const *lists, uint32_t list_count,
-                                    struct bd_multires_light **light, struct bd_fault *fault);
+                                    struct bd_multires_light **light, struct bd_err_detail *detail);
 
 #endif

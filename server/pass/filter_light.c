@@ -27,18 +27,18 @@ struct filtering {
 typedef void use_rows_fn(void *user, uint32_t first_row, uint32_t row_count, float *rgba);
 
 static enum bd_err read_rows(const struct filtering *f, const struct bd_tex *tex, uint32_t first,
-                             uint32_t count, float *rgba, struct bd_fault *fault)
+                             uint32_t count, float *rgba, struct bd_err_detail *detail)
 {
     struct bd_readback *pending;
     enum bd_err err =
-        bd_gpu_readback_rows_start(f->context->gpu, tex, 0, first, count, &pending, fault);
+        bd_gpu_readback_rows_start(f->context->gpu, tex, 0, first, count, &pending, detail);
     if (err) return err;
     return bd_gpu_readback_finish(f->context->gpu, &pending, rgba,
                                   f->width_px * TEXEL_BYTES * count);
 }
 
 static enum bd_err read_texture(const struct filtering *f, const struct bd_tex *tex,
-                                use_rows_fn *use, void *user, struct bd_fault *fault)
+                                use_rows_fn *use, void *user, struct bd_err_detail *detail)
 {
     enum bd_err err = BD_ERR_OK;
     bd_slicer_work(f->context->slicer, "readback");
@@ -46,7 +46,7 @@ static enum bd_err read_texture(const struct filtering *f, const struct bd_tex *
         rows = bd_slicer_rows(f->context->slicer, f->width_px, f->height_px - row);
         float *rgba = malloc(f->width_px * TEXEL_BYTES * rows);
         BD_ASSERT(rgba);
-        err = read_rows(f, tex, row, rows, rgba, fault);
+        err = read_rows(f, tex, row, rows, rgba, detail);
         if (!err) use(user, row, rows, rgba);
         free(rgba);
         if (!err) err = bd_slicer_checkpoint(f->context->slicer, (double)f->width_px * rows);
@@ -117,13 +117,13 @@ static enum bd_err write_texture(const struct filtering *f, const struct bd_imag
 // --- guides -----------------------------------------------------------------------------------
 
 static enum bd_err make_guides(const struct filtering *f, struct bd_tex *guides,
-                               struct bd_fault *fault)
+                               struct bd_err_detail *detail)
 {
     const struct bd_view view =
         bd_viewpoint_uniform(f->inputs->viewpoint, &f->inputs->scene->space);
     const struct bd_program *program;
     enum bd_err err =
-        bd_compute_get(f->context->gpu, "pass/filter_light/guides.comp", NULL, &program, fault);
+        bd_compute_get(f->context->gpu, "pass/filter_light/guides.comp", NULL, &program, detail);
     if (err) return err;
     struct bd_bindings bindings = {0};
     uint32_t group[3];
@@ -137,16 +137,16 @@ static enum bd_err make_guides(const struct filtering *f, struct bd_tex *guides,
     return BD_ERR_OK;
 }
 
-static enum bd_err read_guides(struct filtering *f, struct bd_fault *fault)
+static enum bd_err read_guides(struct filtering *f, struct bd_err_detail *detail)
 {
     const struct bd_tex_desc desc = {.name = "guides of the filter",
                                      .format = BD_FORMAT_RGBA32F,
                                      .width_px = f->width_px,
                                      .height_px = f->height_px};
     struct bd_tex *guides = NULL;
-    enum bd_err err = bd_tex_create(f->context->gpu, &desc, &guides, fault);
-    if (!err) err = make_guides(f, guides, fault);
-    if (!err) err = read_texture(f, guides, take_guides, f, fault);
+    enum bd_err err = bd_tex_create(f->context->gpu, &desc, &guides, detail);
+    if (!err) err = make_guides(f, guides, detail);
+    if (!err) err = read_texture(f, guides, take_guides, f, detail);
     bd_tex_destroy(f->context->gpu, &guides);
     return err;
 }
@@ -174,9 +174,9 @@ static enum bd_err run_pass(struct filtering *f)
 // Of images in memory.
 static enum bd_err run_filter(struct filtering *f, const struct bd_light_filter_inputs *inputs,
                               struct bd_image *light, struct bd_image *doubt,
-                              struct bd_fault *fault)
+                              struct bd_err_detail *detail)
 {
-    enum bd_err err = bd_light_filter_create(inputs, &f->filter, fault);
+    enum bd_err err = bd_light_filter_create(inputs, &f->filter, detail);
     if (err) return err;
     bd_slicer_work(f->context->slicer, "filter");
     const uint32_t passes = bd_light_filter_pass_count(f->filter);
@@ -193,27 +193,27 @@ static enum bd_err run_filter(struct filtering *f, const struct bd_light_filter_
 
 enum bd_err bd_filter_halves(const struct bd_pass_context *context, struct bd_pool *pool,
                              const struct bd_light_filter_inputs *inputs, struct bd_image *light,
-                             struct bd_image *doubt, struct bd_fault *fault)
+                             struct bd_image *doubt, struct bd_err_detail *detail)
 {
     struct filtering f = {.context = context,
                           .pool = pool,
                           .width_px = light->width_px,
                           .height_px = light->height_px};
-    return run_filter(&f, inputs, light, doubt, fault);
+    return run_filter(&f, inputs, light, doubt, detail);
 }
 
 static enum bd_err filter_both(struct filtering *f, const struct halves *halves,
-                               struct bd_fault *fault)
+                               struct bd_err_detail *detail)
 {
     const struct bd_light_filter_inputs inputs = {.half = {halves->half[0], halves->half[1]},
                                                   .normal = f->normal,
                                                   .depth = f->depth,
                                                   .level_count = f->level_count};
-    return run_filter(f, &inputs, halves->light, halves->doubt, fault);
+    return run_filter(f, &inputs, halves->light, halves->doubt, detail);
 }
 
 static enum bd_err filter_texture(struct filtering *f, struct bd_tex *light, struct bd_tex *noise,
-                                  struct bd_fault *fault)
+                                  struct bd_err_detail *detail)
 {
     if (!light || !noise) return BD_ERR_OK;
     struct halves halves = {.width_px = f->width_px};
@@ -223,12 +223,12 @@ static enum bd_err filter_texture(struct filtering *f, struct bd_tex *light, str
     for (int i = 0; i < 4; i++) {
         *images[i] = bd_image_create(f->width_px, f->height_px, i < 3 ? 3 : 4);
         if (!*images[i])
-            err = bd_fault_set(fault, BD_ERR_NO_MEMORY, "size", "no memory to filter %ux%u pixels",
-                               f->width_px, f->height_px);
+            err = bd_err_set(detail, BD_ERR_NO_MEMORY, "size", "no memory to filter %ux%u pixels",
+                             f->width_px, f->height_px);
     }
-    if (!err) err = read_texture(f, light, take_light, &halves, fault);
-    if (!err) err = read_texture(f, noise, take_noise, &halves, fault);
-    if (!err) err = filter_both(f, &halves, fault);
+    if (!err) err = read_texture(f, light, take_light, &halves, detail);
+    if (!err) err = read_texture(f, noise, take_noise, &halves, detail);
+    if (!err) err = filter_both(f, &halves, detail);
     if (!err) err = write_texture(f, halves.light, light);
     if (!err) err = write_texture(f, halves.doubt, noise);
     for (int i = 0; i < 4; i++) bd_image_destroy(images[i]);
@@ -237,7 +237,7 @@ static enum bd_err filter_texture(struct filtering *f, struct bd_tex *light, str
 
 enum bd_err bd_filter_light_run(const struct bd_pass_context *context,
                                 const struct bd_gather_inputs *inputs, uint32_t level_count,
-                                struct bd_indirect *indirect, struct bd_fault *fault)
+                                struct bd_indirect *indirect, struct bd_err_detail *detail)
 {
     struct filtering f = {
         .context = context,
@@ -251,13 +251,13 @@ enum bd_err bd_filter_light_run(const struct bd_pass_context *context,
     f.normal = bd_image_create(f.width_px, f.height_px, 3);
     f.depth = bd_image_create(f.width_px, f.height_px, 1);
     if (!f.normal || !f.depth)
-        err = bd_fault_set(fault, BD_ERR_NO_MEMORY, "size", "no memory to filter %ux%u pixels",
-                           f.width_px, f.height_px);
+        err = bd_err_set(detail, BD_ERR_NO_MEMORY, "size", "no memory to filter %ux%u pixels",
+                         f.width_px, f.height_px);
     bd_gpu_pass_begin(context->gpu, "filter");
-    if (!err) err = read_guides(&f, fault);
-    if (!err) err = filter_texture(&f, indirect->irradiance, indirect->noise, fault);
-    if (!err) err = filter_texture(&f, indirect->glossy, indirect->noise_glossy, fault);
-    if (!err) err = filter_texture(&f, indirect->rough, indirect->noise_rough, fault);
+    if (!err) err = read_guides(&f, detail);
+    if (!err) err = filter_texture(&f, indirect->irradiance, indirect->noise, detail);
+    if (!err) err = filter_texture(&f, indirect->glossy, indirect->noise_glossy, detail);
+    if (!err) err = filter_texture(&f, indirect->rough, indirect->noise_rough, detail);
     bd_gpu_pass_end(context->gpu);
     bd_image_destroy(&f.normal);
     bd_image_destroy(&f.depth);

@@ -26,13 +26,13 @@ static inline uint32_t bd_filter_levels_of_chosen(uint32_t rays)
 BD_MUST_CHECK
 enum bd_err bd_filter_light_run(const struct bd_pass_context *context,
                                 const struct bd_gather_inputs *inputs, uint32_t level_count,
-                                struct bd_indirect *indirect, struct bd_fault *fault);
+                                struct bd_indirect *indirect, struct bd_err_detail *detail);
 
 // What the filter makes of halves in memory, in slices on the pool's threads: the light, which may
 // go to one of them, and an image of 4 channels for its doubt (image/light_filter.h).
 BD_MUST_CHECK
 enum bd_err bd_filter_halves(const struct bd_pass_context *context, struct bd_pool *pool,
                              const struct bd_light_filter_inputs *inputs, struct bd_image *light,
-                             struct bd_image *doubt, struct bd_fault *fault);
+                             struct bd_image *doubt, struct bd_err_detail *detail);
 
 #endif

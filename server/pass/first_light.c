@@ -158,16 +158,16 @@ static void sum_rays(const struct lighting *l, f3 *irradiance, float *cosine)
 
 static enum bd_err light_some(struct lighting *l, const struct bd_visibility_inputs *visibility,
                               f3 *irradiance, float *cosine, struct bd_ray_counts *traced,
-                              struct bd_fault *fault)
+                              struct bd_err_detail *detail)
 {
     const uint32_t groups = (l->count + BD_LANES - 1) / BD_LANES;
     const double units = UNITS_PER_PLACE + UNITS_PER_PUNCTUAL * l->light->punctual_count;
     bd_slicer_work(l->context->slicer, "first light");
     enum bd_err err = bd_receivers_each(l->context, groups, units * BD_LANES, ask_group, l);
     if (!err)
-        err =
-            bd_visibility_ask(l->context, visibility, l->segments,
-                              (size_t)groups * BD_LANES * l->ray_count, l->occluded, traced, fault);
+        err = bd_visibility_ask(l->context, visibility, l->segments,
+                                (size_t)groups * BD_LANES * l->ray_count, l->occluded, traced,
+                                detail);
     if (!err) sum_rays(l, irradiance, cosine);
     return err;
 }
@@ -191,7 +191,7 @@ enum bd_err bd_first_light_run(const struct bd_pass_context *context,
                                const struct bd_visibility_inputs *visibility, uint64_t seed,
                                const struct bd_surface_point *places, uint32_t count,
                                f3 *irradiance, float *cosine, struct bd_ray_counts *traced,
-                               struct bd_fault *fault)
+                               struct bd_err_detail *detail)
 {
     struct lighting l = lighting_of(context, light, seed);
     const uint32_t most = count < AT_ONCE ? count : AT_ONCE;
@@ -201,12 +201,12 @@ enum bd_err bd_first_light_run(const struct bd_pass_context *context,
     l.brought = malloc((rays + 1) * sizeof *l.brought);
     l.occluded = malloc((rays / 32 + 1) * sizeof *l.occluded);
     if (!l.segments || !l.brought || !l.occluded)
-        err = bd_fault_set(fault, BD_ERR_NO_MEMORY, "far_rays", "no memory for %zu rays", rays);
+        err = bd_err_set(detail, BD_ERR_NO_MEMORY, "far_rays", "no memory for %zu rays", rays);
     for (uint32_t at = 0; !err && at < count; at += l.count) {
         l.places = places + at;
         l.count = count - at < AT_ONCE ? count - at : AT_ONCE;
-        err =
-            light_some(&l, visibility, irradiance + at, cosine ? cosine + at : NULL, traced, fault);
+        err = light_some(&l, visibility, irradiance + at, cosine ? cosine + at : NULL, traced,
+                         detail);
     }
     free(l.segments);
     free(l.brought);

@@ -35,6 +35,6 @@ enum bd_err bd_first_light_run(const struct bd_pass_context *context,
                                const struct bd_visibility_inputs *visibility, uint64_t seed,
                                const struct bd_surface_point *places, uint32_t count,
                                f3 *irradiance, float *cosine, struct bd_ray_counts *traced,
-                               struct bd_fault *fault);
+                               struct bd_err_detail *detail);
 
 #endif

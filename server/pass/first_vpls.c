@@ -123,7 +123,7 @@ static void land_group(void *user, uint32_t group)
     for (uint32_t i = group * BD_LANES; i < (group + 1) * BD_LANES && i < p->count; i++) land(p, i);
 }
 
-static enum bd_err fly(struct photons *p, struct bd_fault *fault)
+static enum bd_err fly(struct photons *p, struct bd_err_detail *detail)
 {
     struct bd_ray_counts traced = {0};
     bd_slicer_work(p->context->slicer, "first photons");
@@ -131,7 +131,7 @@ static enum bd_err fly(struct photons *p, struct bd_fault *fault)
     if (!err) err = set_out_from_emitters(p);
     if (!err)
         err = bd_nearest_ask(p->context, p->inputs->visibility, p->rays, p->count, p->met, &traced,
-                             fault);
+                             detail);
     bd_slicer_work(p->context->slicer, "first vpls");
     if (!err)
         err = bd_receivers_each(p->context, (p->count + BD_LANES - 1) / BD_LANES,
@@ -142,7 +142,8 @@ static enum bd_err fly(struct photons *p, struct bd_fault *fault)
 enum bd_err bd_first_vpls_run(const struct bd_pass_context *context,
                               const struct bd_first_vpls_inputs *inputs,
                               struct bd_vec4 (*lights)[BD_VPL_VEC4S],
-                              struct bd_vec4 (*quads)[BD_VPL_QUAD_VEC4S], struct bd_fault *fault)
+                              struct bd_vec4 (*quads)[BD_VPL_QUAD_VEC4S],
+                              struct bd_err_detail *detail)
 {
     const size_t room = (size_t)inputs->of_punctuals + inputs->of_emitters;
     struct photons p = {.context = context,
@@ -157,8 +158,8 @@ enum bd_err bd_first_vpls_run(const struct bd_pass_context *context,
     memset(quads, 0, room * sizeof *quads);
     bd_surface_hits_init(&p.hits, inputs->snapshot);
     if (!p.rays || !p.met || !p.flux || !p.inverse_range)
-        err = bd_fault_set(fault, BD_ERR_NO_MEMORY, "vpls", "no memory for %zu photons", room);
-    if (!err && room > 0) err = fly(&p, fault);
+        err = bd_err_set(detail, BD_ERR_NO_MEMORY, "vpls", "no memory for %zu photons", room);
+    if (!err && room > 0) err = fly(&p, detail);
     bd_surface_hits_finish(&p.hits);
     free(p.rays);
     free(p.met);

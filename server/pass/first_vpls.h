@@ -47,6 +47,7 @@ BD_MUST_CHECK
 enum bd_err bd_first_vpls_run(const struct bd_pass_context *context,
                               const struct bd_first_vpls_inputs *inputs,
                               struct bd_vec4 (*lights)[BD_VPL_VEC4S],
-                              struct bd_vec4 (*quads)[BD_VPL_QUAD_VEC4S], struct bd_fault *fault);
+                              struct bd_vec4 (*quads)[BD_VPL_QUAD_VEC4S],
+                              struct bd_err_detail *detail);
 
 #endif

@@ -61,29 +61,30 @@ static size_t scan_size(uint32_t numbers)
 }
 
 // With a mask of all blocks.
-static enum bd_err create_out(struct work *w, struct bd_fault *fault)
+static enum bd_err create_out(struct work *w, struct bd_err_detail *detail)
 {
     struct bd_gpu *gpu = w->context->gpu;
     w->out = calloc(1, sizeof *w->out);
     BD_ASSERT(w->out);
     w->out->layout = w->args.multires;
     const size_t mask_bytes = 2 * sizeof(uint32_t) * w->args.number_count;
-    enum bd_err err = bd_buf_create(gpu, "fragment masks", mask_bytes, NULL, &w->out->masks, fault);
+    enum bd_err err =
+        bd_buf_create(gpu, "fragment masks", mask_bytes, NULL, &w->out->masks, detail);
     if (!err)
         err = bd_buf_create(gpu, "fragment dispatch", 4 * sizeof(uint32_t), NULL, &w->out->dispatch,
-                            fault);
+                            detail);
     return err;
 }
 
-static enum bd_err create_scan(struct work *w, struct bd_fault *fault)
+static enum bd_err create_scan(struct work *w, struct bd_err_detail *detail)
 {
     struct bd_gpu *gpu = w->context->gpu;
     enum bd_err err =
         bd_buf_create(gpu, "fragment scan", sizeof(uint32_t) * scan_size(w->args.number_count),
-                      NULL, &w->scan, fault);
+                      NULL, &w->scan, detail);
     if (!err)
         err = bd_buf_create(gpu, "fragment summary", sizeof(struct bd_fragments_summary), NULL,
-                            &w->summary, fault);
+                            &w->summary, detail);
     return err;
 }
 
@@ -152,7 +153,7 @@ static void bind_classify(const struct work *w, struct bd_bindings *bindings)
 }
 
 static enum bd_err classify(struct work *w, enum bd_fragment_refinement refinement,
-                            struct bd_fault *fault)
+                            struct bd_err_detail *detail)
 {
     const struct bd_program *program;
     struct bd_bindings bindings = {0};
@@ -165,7 +166,7 @@ static enum bd_err classify(struct work *w, enum bd_fragment_refinement refineme
     if (w->discontinuity->glossy) bd_define(&defines, "BD_GLOSSY", 1);
     if (w->discontinuity->lit) bd_define(&defines, "BD_UNLIT", 1);
     enum bd_err err =
-        bd_compute_get(w->context->gpu, "pass/fragments/classify.comp", &defines, &program, fault);
+        bd_compute_get(w->context->gpu, "pass/fragments/classify.comp", &defines, &program, detail);
     if (err) return err;
     bind_classify(w, &bindings);
     if (!iterative)
@@ -176,11 +177,11 @@ static enum bd_err classify(struct work *w, enum bd_fragment_refinement refineme
     return err;
 }
 
-static enum bd_err scan(struct work *w, struct bd_fault *fault)
+static enum bd_err scan(struct work *w, struct bd_err_detail *detail)
 {
     const struct bd_program *program;
     enum bd_err err =
-        bd_compute_get(w->context->gpu, "pass/fragments/scan.comp", NULL, &program, fault);
+        bd_compute_get(w->context->gpu, "pass/fragments/scan.comp", NULL, &program, detail);
     if (err) return err;
     struct bd_bindings bindings = {0};
     bd_bind_storage(&bindings, BD_STORAGE_FRAGMENT_MASKS, w->masks, true, false);
@@ -205,11 +206,11 @@ static void read_counts(const struct bd_fragments_summary *summary, struct bd_fr
     }
 }
 
-static enum bd_err summarize(struct work *w, struct bd_fault *fault)
+static enum bd_err summarize(struct work *w, struct bd_err_detail *detail)
 {
     const struct bd_program *program;
     enum bd_err err =
-        bd_compute_get(w->context->gpu, "pass/fragments/summary.comp", NULL, &program, fault);
+        bd_compute_get(w->context->gpu, "pass/fragments/summary.comp", NULL, &program, detail);
     if (err) return err;
     struct bd_bindings bindings = {0};
     bd_bind_storage(&bindings, BD_STORAGE_FRAGMENT_MASKS, w->masks, true, false);
@@ -223,15 +224,15 @@ static enum bd_err summarize(struct work *w, struct bd_fault *fault)
     return err;
 }
 
-static enum bd_err create_list(struct work *w, struct bd_fault *fault)
+static enum bd_err create_list(struct work *w, struct bd_err_detail *detail)
 {
     const uint64_t bytes = sizeof(uint32_t) * (uint64_t)(w->out->count ? w->out->count : 1);
     uint64_t max_bytes = bd_gpu_caps(w->context->gpu)->storage_block_max_bytes;
     if (bytes > max_bytes)
-        return bd_fault_set(fault, BD_ERR_LIMIT, "size",
-                            "a picture of %" PRIu32 " fragments; the device's lists hold %" PRIu64,
-                            w->out->count, max_bytes / sizeof(uint32_t));
-    return bd_buf_create(w->context->gpu, "fragments", bytes, NULL, &w->out->list, fault);
+        return bd_err_set(detail, BD_ERR_LIMIT, "size",
+                          "a picture of %" PRIu32 " fragments; the device's lists hold %" PRIu64,
+                          w->out->count, max_bytes / sizeof(uint32_t));
+    return bd_buf_create(w->context->gpu, "fragments", bytes, NULL, &w->out->list, detail);
 }
 
 static struct bd_bindings bind_places(const struct work *w)
@@ -244,12 +245,12 @@ static struct bd_bindings bind_places(const struct work *w)
 }
 
 // Counts what the mask has, and makes room for it.
-static enum bd_err find_places(struct work *w, struct bd_fault *fault)
+static enum bd_err find_places(struct work *w, struct bd_err_detail *detail)
 {
-    enum bd_err err = create_scan(w, fault);
-    if (!err) err = scan(w, fault);
-    if (!err) err = summarize(w, fault);
-    return err ? err : create_list(w, fault);
+    enum bd_err err = create_scan(w, detail);
+    if (!err) err = scan(w, detail);
+    if (!err) err = summarize(w, detail);
+    return err ? err : create_list(w, detail);
 }
 
 static enum bd_err finish(struct work *w, enum bd_err err, struct bd_fragments **out)
@@ -265,35 +266,35 @@ static enum bd_err finish(struct work *w, enum bd_err err, struct bd_fragments *
 
 // --- by what is seen ----------------------------------------------------------------------
 
-static enum bd_err write_blocks(struct work *w, struct bd_fault *fault)
+static enum bd_err write_blocks(struct work *w, struct bd_err_detail *detail)
 {
     const struct bd_program *program;
     enum bd_err err =
-        bd_compute_get(w->context->gpu, "pass/fragments/list.comp", NULL, &program, fault);
+        bd_compute_get(w->context->gpu, "pass/fragments/list.comp", NULL, &program, detail);
     if (err) return err;
     struct bd_bindings bindings = bind_places(w);
     return run_words(w, program, &bindings, UNITS_PER_HALF_TILE, 0, 2 * w->args.number_count);
 }
 
 static enum bd_err list_blocks(struct work *w, enum bd_fragment_refinement refinement,
-                               struct bd_fault *fault)
+                               struct bd_err_detail *detail)
 {
-    enum bd_err err = create_out(w, fault);
+    enum bd_err err = create_out(w, detail);
     if (err) return err;
     w->masks = w->out->masks;
     if (refinement == BD_REFINEMENT_ITERATIVE)
         err = bd_buf_create(w->context->gpu, "reached blocks", bd_buf_size_bytes(w->masks), NULL,
-                            &w->reached, fault);
-    if (!err) err = classify(w, refinement, fault);
-    if (!err) err = find_places(w, fault);
-    return err ? err : write_blocks(w, fault);
+                            &w->reached, detail);
+    if (!err) err = classify(w, refinement, detail);
+    if (!err) err = find_places(w, detail);
+    return err ? err : write_blocks(w, detail);
 }
 
 enum bd_err bd_fragments_run(const struct bd_pass_context *context,
                              const struct bd_discontinuity_inputs *inputs,
                              const struct bd_discontinuity *discontinuity,
                              enum bd_fragment_refinement refinement, struct bd_fragments **out,
-                             struct bd_fault *fault)
+                             struct bd_err_detail *detail)
 {
     struct work w = {
         .context = context,
@@ -306,17 +307,18 @@ enum bd_err bd_fragments_run(const struct bd_pass_context *context,
     w.args.finest_level = finest < levels ? finest : levels - 1;
     w.lone_pixels = inputs->settings.lone_pixels && w.args.finest_level > 0;
     if (w.lone_pixels) w.view = bd_viewpoint_uniform(inputs->viewpoint, inputs->space);
-    return finish(&w, list_blocks(&w, refinement, fault), out);
+    return finish(&w, list_blocks(&w, refinement, detail), out);
 }
 
 // --- by light -----------------------------------------------------------------------------
 
 static enum bd_err mark_children(struct work *w, const struct bd_fragments *first,
-                                 const struct bd_light_of_blocks *light, struct bd_fault *fault)
+                                 const struct bd_light_of_blocks *light,
+                                 struct bd_err_detail *detail)
 {
     const struct bd_program *program;
     enum bd_err err =
-        bd_compute_get(w->context->gpu, "pass/fragments/refine.comp", NULL, &program, fault);
+        bd_compute_get(w->context->gpu, "pass/fragments/refine.comp", NULL, &program, detail);
     if (err) return err;
     struct bd_bindings bindings = {
         .textures[BD_UNIT_BLOCK_FLAGS] = {.tex = w->discontinuity->flags},
@@ -329,11 +331,11 @@ static enum bd_err mark_children(struct work *w, const struct bd_fragments *firs
     return run_words(w, program, &bindings, UNITS_PER_PARENT, 0, w->parents->level_first[0]);
 }
 
-static enum bd_err write_children(struct work *w, struct bd_fault *fault)
+static enum bd_err write_children(struct work *w, struct bd_err_detail *detail)
 {
     const struct bd_program *program;
     enum bd_err err =
-        bd_compute_get(w->context->gpu, "pass/fragments/children.comp", NULL, &program, fault);
+        bd_compute_get(w->context->gpu, "pass/fragments/children.comp", NULL, &program, detail);
     if (err) return err;
     struct bd_bindings bindings = bind_places(w);
     bd_bind_storage(&bindings, BD_STORAGE_FRAGMENT_PARENTS, w->parents->list, true, false);
@@ -351,18 +353,19 @@ static void lay_out_parents(struct work *w)
 }
 
 static enum bd_err list_children(struct work *w, const struct bd_fragments *first,
-                                 const struct bd_light_of_blocks *light, struct bd_fault *fault)
+                                 const struct bd_light_of_blocks *light,
+                                 struct bd_err_detail *detail)
 {
-    enum bd_err err = create_out(w, fault);
+    enum bd_err err = create_out(w, detail);
     if (err) return err;
     lay_out_parents(w);
     err = bd_buf_create(w->context->gpu, "children of fragments",
-                        2 * sizeof(uint32_t) * w->args.number_count, NULL, &w->split, fault);
+                        2 * sizeof(uint32_t) * w->args.number_count, NULL, &w->split, detail);
     if (err) return err;
     w->masks = w->split;
-    err = mark_children(w, first, light, fault);
-    if (!err) err = find_places(w, fault);
-    return err || w->out->count == 0 ? err : write_children(w, fault);
+    err = mark_children(w, first, light, detail);
+    if (!err) err = find_places(w, detail);
+    return err || w->out->count == 0 ? err : write_children(w, detail);
 }
 
 enum bd_err bd_fragments_refine(const struct bd_pass_context *context,
@@ -371,7 +374,7 @@ enum bd_err bd_fragments_refine(const struct bd_pass_context *context,
                                 const struct bd_fragments *first,
                                 const struct bd_fragments *parents,
                                 const struct bd_light_of_blocks *light, double threshold,
-                                struct bd_fragments **out, struct bd_fault *fault)
+                                struct bd_fragments **out, struct bd_err_detail *detail)
 {
     BD_ASSERT_CMP(parents->count, >, parents->level_count[0]);
     struct work w = {
@@ -383,7 +386,7 @@ enum bd_err bd_fragments_refine(const struct bd_pass_context *context,
         .args.spread_threshold = (float)threshold,
     };
     lay_out_tiles(&w.args);
-    return finish(&w, list_children(&w, first, light, fault), out);
+    return finish(&w, list_children(&w, first, light, detail), out);
 }
 
 void bd_fragments_destroy(struct bd_gpu *gpu, struct bd_fragments **fragments)

@@ -47,7 +47,7 @@ enum bd_err bd_fragments_run(const struct bd_pass_context *context,
                              const struct bd_discontinuity_inputs *inputs,
                              const struct bd_discontinuity *discontinuity,
                              enum bd_fragment_refinement refinement, struct bd_fragments **out,
-                             struct bd_fault *fault);
+                             struct bd_err_detail *detail);
 
 // Light of the blocks of a list, as bd_multires_light has it.
 struct bd_light_of_blocks {
@@ -65,7 +65,7 @@ enum bd_err bd_fragments_refine(const struct bd_pass_context *context,
                                 const struct bd_fragments *first,
                                 const struct bd_fragments *parents,
                                 const struct bd_light_of_blocks *light, double threshold,
-                                struct bd_fragments **out, struct bd_fault *fault);
+                                struct bd_fragments **out, struct bd_err_detail *detail);
 void bd_fragments_destroy(struct bd_gpu *gpu, struct bd_fragments **fragments);
 uint64_t bd_fragments_bytes(const struct bd_fragments *fragments);
 

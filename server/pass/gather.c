@@ -50,13 +50,13 @@ static void dispatch(const struct gather *g, const struct bd_vpl_list *list,
 
 // What the pixels of the tile see of the range.
 static enum bd_err look(const struct gather *g, const struct bd_vpl_list *list,
-                        const struct bd_gather_args *args, struct bd_fault *fault)
+                        const struct bd_gather_args *args, struct bd_err_detail *detail)
 {
     const struct bd_askers askers = bd_gather_askers(g->inputs);
     const struct bd_askers_slice slice = {
         .tile = {args->tile_x_px, args->tile_y_px, args->tile_width_px, args->tile_height_px}};
     enum bd_err err = bd_choose_all(g->context, &askers, &slice, list, args->first_vpl,
-                                    args->vpl_count, g->inputs->visibility, g->segments, fault);
+                                    args->vpl_count, g->inputs->visibility, g->segments, detail);
     bd_slicer_work(g->context->slicer, g->kind);
     return err;
 }
@@ -71,7 +71,7 @@ static double units_of_pixel(const struct gather *g, uint32_t vpl_count)
 
 static enum bd_err gather_range(const struct gather *g, const struct bd_vpl_list *list,
                                 uint32_t first_vpl, uint32_t vpl_count, bool first,
-                                struct bd_fault *fault)
+                                struct bd_err_detail *detail)
 {
     const uint32_t width = g->view.size_px.x, height = g->view.size_px.y;
     struct bd_tile tile = {0};
@@ -87,7 +87,7 @@ static enum bd_err gather_range(const struct gather *g, const struct bd_vpl_list
             .vpl_count = vpl_count,
             .is_first = first,
         };
-        if (g->segments) err = look(g, list, &args, fault);
+        if (g->segments) err = look(g, list, &args, detail);
         if (err) return err;
         bd_gpu_pass_begin(g->context->gpu, bd_gather_pass(g->inputs));
         dispatch(g, list, &args);
@@ -100,19 +100,19 @@ static enum bd_err gather_range(const struct gather *g, const struct bd_vpl_list
 }
 
 static enum bd_err gather_list(const struct gather *g, const struct bd_vpl_list *list, bool *first,
-                               struct bd_fault *fault)
+                               struct bd_err_detail *detail)
 {
     for (uint32_t at = 0; at < list->count; at += BD_VPLS_PER_SUM) {
         uint32_t left = list->count - at;
         enum bd_err err = gather_range(g, list, at, left < BD_VPLS_PER_SUM ? left : BD_VPLS_PER_SUM,
-                                       *first, fault);
+                                       *first, detail);
         if (err) return err;
         *first = false;
     }
     return BD_ERR_OK;
 }
 
-static enum bd_err gather_all(struct gather *g, struct bd_fault *fault)
+static enum bd_err gather_all(struct gather *g, struct bd_err_detail *detail)
 {
     struct bd_program_source source = {.compute = "pass/gather/gather.comp"};
     if (g->inputs->near_patches) bd_define(&source.defines, "BD_VPL_PATCH", 1);
@@ -120,23 +120,23 @@ static enum bd_err gather_all(struct gather *g, struct bd_fault *fault)
     if (g->segments) bd_define(&source.defines, "BD_VISIBLE", 1);
     if (g->inputs->lobes_alone) bd_define(&source.defines, "BD_LOBES_ALONE", 1);
     struct bd_program *program;
-    enum bd_err err = bd_program_get(g->context->gpu, &source, &program, fault);
+    enum bd_err err = bd_program_get(g->context->gpu, &source, &program, detail);
     if (err) return err;
     g->program = program;
     g->kind = g->inputs->glossy ? "gather glossy" : "gather";
     bd_slicer_work(g->context->slicer, g->kind);
     bool first = true;
     for (uint32_t i = 0; !err && i < g->inputs->list_count; i++)
-        err = gather_list(g, g->inputs->lists[i], &first, fault);
+        err = gather_list(g, g->inputs->lists[i], &first, detail);
     return err;
 }
 
-static enum bd_err gather_on_device(struct gather *g, struct bd_fault *fault)
+static enum bd_err gather_on_device(struct gather *g, struct bd_err_detail *detail)
 {
     struct bd_gpu *gpu = g->context->gpu;
     enum bd_err err = BD_ERR_OK;
-    if (g->inputs->visibility) err = bd_segments_create(gpu, BD_SEGMENTS_MAX, &g->segments, fault);
-    if (!err) err = gather_all(g, fault);
+    if (g->inputs->visibility) err = bd_segments_create(gpu, BD_SEGMENTS_MAX, &g->segments, detail);
+    if (!err) err = gather_all(g, detail);
     if (!err && g->segments) bd_ray_counts_add(&g->out->rays, g->segments->traced);
     bd_segments_destroy(gpu, &g->segments);
     return err;
@@ -149,7 +149,7 @@ static void bind_outputs(const void *user, struct bd_bindings *bindings)
     bd_bind_image(bindings, 1, out->glossy, false, true);
 }
 
-static enum bd_err gather_native(const struct gather *g, struct bd_fault *fault)
+static enum bd_err gather_native(const struct gather *g, struct bd_err_detail *detail)
 {
     const struct bd_gather_native_inputs native = {
         .receivers =
@@ -164,7 +164,7 @@ static enum bd_err gather_native(const struct gather *g, struct bd_fault *fault)
         .list_count = g->inputs->list_count,
         .visibility = g->inputs->visibility,
     };
-    return bd_gather_native_run(g->context, &native, &g->out->rays, fault);
+    return bd_gather_native_run(g->context, &native, &g->out->rays, detail);
 }
 
 struct bd_askers bd_gather_askers(const struct bd_gather_inputs *inputs)
@@ -180,7 +180,7 @@ struct bd_askers bd_gather_askers(const struct bd_gather_inputs *inputs)
 
 enum bd_err bd_gather_run(const struct bd_pass_context *context,
                           const struct bd_gather_inputs *inputs, struct bd_indirect **out,
-                          struct bd_fault *fault)
+                          struct bd_err_detail *detail)
 {
     struct gather g = {
         .context = context,
@@ -188,9 +188,9 @@ enum bd_err bd_gather_run(const struct bd_pass_context *context,
         .view = bd_viewpoint_uniform(inputs->viewpoint, &inputs->scene->space),
     };
     enum bd_err err =
-        bd_indirect_create(context->gpu, inputs->viewpoint, inputs->glossy, &g.out, fault);
+        bd_indirect_create(context->gpu, inputs->viewpoint, inputs->glossy, &g.out, detail);
     const bool is_native = bd_gather_may_be_native(context, inputs->visibility);
-    if (!err) err = is_native ? gather_native(&g, fault) : gather_on_device(&g, fault);
+    if (!err) err = is_native ? gather_native(&g, detail) : gather_on_device(&g, detail);
     if (err) {
         bd_indirect_destroy(context->gpu, &g.out);
         return err;
@@ -200,7 +200,7 @@ enum bd_err bd_gather_run(const struct bd_pass_context *context,
 }
 
 enum bd_err bd_indirect_create(struct bd_gpu *gpu, const struct bd_viewpoint *viewpoint,
-                               bool glossy, struct bd_indirect **out, struct bd_fault *fault)
+                               bool glossy, struct bd_indirect **out, struct bd_err_detail *detail)
 {
     struct bd_indirect *indirect = *out = calloc(1, sizeof **out);
     BD_ASSERT(indirect);
@@ -211,9 +211,9 @@ enum bd_err bd_indirect_create(struct bd_gpu *gpu, const struct bd_viewpoint *vi
         .width_px = viewpoint->width_px,
         .height_px = viewpoint->height_px,
     };
-    enum bd_err err = bd_tex_create(gpu, &desc, &indirect->irradiance, fault);
+    enum bd_err err = bd_tex_create(gpu, &desc, &indirect->irradiance, detail);
     desc.name = "indirect glossy";
-    if (!err && glossy) err = bd_tex_create(gpu, &desc, &indirect->glossy, fault);
+    if (!err && glossy) err = bd_tex_create(gpu, &desc, &indirect->glossy, detail);
     if (err) bd_indirect_destroy(gpu, out);
     return err;
 }

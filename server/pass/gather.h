@@ -70,11 +70,11 @@ struct bd_askers bd_gather_askers(const struct bd_gather_inputs *inputs);
 BD_MUST_CHECK
 enum bd_err bd_gather_run(const struct bd_pass_context *context,
                           const struct bd_gather_inputs *inputs, struct bd_indirect **out,
-                          struct bd_fault *fault);
+                          struct bd_err_detail *detail);
 // Its textures, for whoever fills them; a fragment a pixel.
 BD_MUST_CHECK
 enum bd_err bd_indirect_create(struct bd_gpu *gpu, const struct bd_viewpoint *viewpoint,
-                               bool glossy, struct bd_indirect **out, struct bd_fault *fault);
+                               bool glossy, struct bd_indirect **out, struct bd_err_detail *detail);
 void bd_indirect_destroy(struct bd_gpu *gpu, struct bd_indirect **indirect);
 uint64_t bd_indirect_bytes(const struct bd_indirect *indirect);
 

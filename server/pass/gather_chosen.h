@@ -17,6 +17,6 @@ struct bd_gather_chosen_inputs {
 BD_MUST_CHECK
 enum bd_err bd_gather_chosen_run(const struct bd_pass_context *context,
                                  const struct bd_gather_chosen_inputs *inputs,
-                                 struct bd_indirect **out, struct bd_fault *fault);
+                                 struct bd_indirect **out, struct bd_err_detail *detail);
 
 #endif

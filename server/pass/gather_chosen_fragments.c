@@ -18,7 +18,7 @@ static void bind_outputs(const void *user, struct bd_bindings *bindings)
     bd_bind_image(bindings, 5, out->coarse_noise, false, true);
 }
 
-static enum bd_err run(struct gather *g, struct bd_fault *fault)
+static enum bd_err run(struct gather *g, struct bd_err_detail *detail)
 {
     const struct bd_gather_fragments_inputs *gather = g->inputs->gather;
     const struct bd_chooser_inputs choose = {
@@ -36,14 +36,14 @@ static enum bd_err run(struct gather *g, struct bd_fault *fault)
     if (gather->spread) bd_define(&defines, "BD_SPREAD", 1);
     if (g->out->fine_noise) bd_define(&defines, "BD_NOISE", 1);
     enum bd_err err = bd_compute_get(g->context->gpu, "pass/gather_fragments/chosen.comp", &defines,
-                                     &use.program, fault);
-    if (!err) err = bd_chooser_create(g->context, &choose, &g->chooser, fault);
-    if (!err) err = bd_chooser_run(g->chooser, &use, fault);
+                                     &use.program, detail);
+    if (!err) err = bd_chooser_create(g->context, &choose, &g->chooser, detail);
+    if (!err) err = bd_chooser_run(g->chooser, &use, detail);
     if (!err) bd_ray_counts_add(&g->out->rays, bd_chooser_rays(g->chooser));
     return err;
 }
 
-static enum bd_err run_native(struct gather *g, struct bd_fault *fault)
+static enum bd_err run_native(struct gather *g, struct bd_err_detail *detail)
 {
     const struct bd_gather_fragments_inputs *gather = g->inputs->gather;
     const struct bd_gather_chosen_native_inputs native = {
@@ -61,7 +61,7 @@ static enum bd_err run_native(struct gather *g, struct bd_fault *fault)
         .rays = g->inputs->rays,
         .visibility = gather->visibility,
     };
-    return bd_gather_chosen_native_run(g->context, &native, &g->out->rays, fault);
+    return bd_gather_chosen_native_run(g->context, &native, &g->out->rays, detail);
 }
 
 // By loops of the processor, as far as there are any.
@@ -72,16 +72,17 @@ static bool is_native(const struct gather *g)
 
 enum bd_err bd_gather_chosen_fragments_run(const struct bd_pass_context *context,
                                            const struct bd_gather_chosen_fragments_inputs *inputs,
-                                           struct bd_multires_light **out, struct bd_fault *fault)
+                                           struct bd_multires_light **out,
+                                           struct bd_err_detail *detail)
 {
     struct gather g = {.context = context, .inputs = inputs, .out = inputs->gather->into};
     enum bd_err err = BD_ERR_OK;
     if (!g.out)
         err = bd_multires_light_create(context->gpu, &inputs->gather->fragments->layout,
-                                       bd_fragment_vectors(inputs->gather), &g.out, fault);
+                                       bd_fragment_vectors(inputs->gather), &g.out, detail);
     if (!err && inputs->noise && !inputs->gather->into)
-        err = bd_multires_light_add_noise(context->gpu, g.out, fault);
-    if (!err) err = is_native(&g) ? run_native(&g, fault) : run(&g, fault);
+        err = bd_multires_light_add_noise(context->gpu, g.out, detail);
+    if (!err) err = is_native(&g) ? run_native(&g, detail) : run(&g, detail);
     bd_chooser_destroy(context->gpu, &g.chooser);
     if (err && !inputs->gather->into) bd_multires_light_destroy(context->gpu, &g.out);
     if (!err) *out = g.out;

@@ -19,6 +19,7 @@ struct bd_gather_chosen_fragments_inputs {
 BD_MUST_CHECK
 enum bd_err bd_gather_chosen_fragments_run(const struct bd_pass_context *context,
                                            const struct bd_gather_chosen_fragments_inputs *inputs,
-                                           struct bd_multires_light **out, struct bd_fault *fault);
+                                           struct bd_multires_light **out,
+                                           struct bd_err_detail *detail);
 
 #endif

@@ -23,7 +23,7 @@ struct gather {
     struct bd_segment *segments;
     uint32_t *occluded;
     struct bd_ray_counts traced;
-    struct bd_fault *fault;
+    struct bd_err_detail *detail;
 };
 
 // --- room ---------------------------------------------------------------------------------------
@@ -47,8 +47,8 @@ static enum bd_err make_room(struct gather *g, uint32_t group_count)
     g->segments = malloc(groups * rays * BD_LANES * sizeof *g->segments);
     g->occluded = malloc(groups * rays * BD_LANES / 8);
     if (g->sums && g->picks && g->segments && g->occluded) return BD_ERR_OK;
-    return bd_fault_set(g->fault, BD_ERR_NO_MEMORY, "rays", "no memory for %zu rays",
-                        groups * rays * BD_LANES);
+    return bd_err_set(g->detail, BD_ERR_NO_MEMORY, "rays", "no memory for %zu rays",
+                      groups * rays * BD_LANES);
 }
 
 static void free_room(struct gather *g)
@@ -163,7 +163,7 @@ static enum bd_err look(struct gather *g)
 {
     const size_t count = (size_t)g->part->group_count * g->choice.rays * BD_LANES;
     return bd_visibility_ask(g->context, g->inputs->visibility, g->segments, count, g->occluded,
-                             &g->traced, g->fault);
+                             &g->traced, g->detail);
 }
 
 static enum bd_err sum(struct gather *g)
@@ -199,7 +199,7 @@ static enum bd_err run(struct gather *g)
     receivers.user = g;
     receivers.starts = true;
     receivers.receivers_max = receivers_at_once(g);
-    return bd_receivers_run(g->context, &receivers, g->fault);
+    return bd_receivers_run(g->context, &receivers, g->detail);
 }
 
 static enum bd_err run_by_groups(struct gather *g)
@@ -212,9 +212,9 @@ static enum bd_err run_by_groups(struct gather *g)
     BD_ASSERT_CMP(groups.vpls, <=, BD_NATIVE_GROUP_MAX);
     enum bd_err err = BD_ERR_OK;
     if (!blocks)
-        err = bd_fault_set(g->fault, BD_ERR_NO_MEMORY, "vpls", "no memory for their blocks");
+        err = bd_err_set(g->detail, BD_ERR_NO_MEMORY, "vpls", "no memory for their blocks");
     if (!err && groups.as_one)
-        err = bd_buf_borrow(gpu, g->inputs->list->groups, BD_BORROW_TO_READ, &as_one, g->fault);
+        err = bd_buf_borrow(gpu, g->inputs->list->groups, BD_BORROW_TO_READ, &as_one, g->detail);
     g->choice = (struct bd_native_choice){
         .vpls = *g->list,
         .blocks = blocks,
@@ -232,15 +232,15 @@ static enum bd_err run_by_groups(struct gather *g)
 
 enum bd_err bd_gather_chosen_native_run(const struct bd_pass_context *context,
                                         const struct bd_gather_chosen_native_inputs *inputs,
-                                        struct bd_ray_counts *rays, struct bd_fault *fault)
+                                        struct bd_ray_counts *rays, struct bd_err_detail *detail)
 {
     struct gather g = {
         .context = context,
         .inputs = inputs,
         .wishes = bd_native_wishes_of(&inputs->receivers),
-        .fault = fault,
+        .detail = detail,
     };
-    enum bd_err err = bd_native_lists_borrow(context->gpu, &inputs->list, 1, &g.list, fault);
+    enum bd_err err = bd_native_lists_borrow(context->gpu, &inputs->list, 1, &g.list, detail);
     if (!err) err = run_by_groups(&g);
     if (!err) bd_ray_counts_add(rays, g.traced);
     free_room(&g);

@@ -72,8 +72,8 @@ static struct bd_program_source with_defines(const struct gather *g,
 static enum bd_err
 for_each_range(struct gather *g,
                enum bd_err (*visit)(struct gather *g, const struct bd_vpl_list *list,
-                                    uint32_t first, uint32_t count, struct bd_fault *fault),
-               struct bd_fault *fault)
+                                    uint32_t first, uint32_t count, struct bd_err_detail *detail),
+               struct bd_err_detail *detail)
 {
     g->ranges_done = 0;
     for (uint32_t l = 0; l < g->inputs->list_count; l++) {
@@ -81,7 +81,7 @@ for_each_range(struct gather *g,
         for (uint32_t at = 0; at < list->count; at += BD_VPLS_PER_SUM) {
             uint32_t left = list->count - at;
             enum bd_err err =
-                visit(g, list, at, left < BD_VPLS_PER_SUM ? left : BD_VPLS_PER_SUM, fault);
+                visit(g, list, at, left < BD_VPLS_PER_SUM ? left : BD_VPLS_PER_SUM, detail);
             if (err) return err;
             g->ranges_done++;
         }
@@ -122,19 +122,19 @@ struct bd_askers bd_fragment_askers(const struct bd_gather_fragments_inputs *inp
 
 // What the fragments of the slice see of the range.
 static enum bd_err look(const struct gather *g, const struct bd_vpl_list *list,
-                        const struct bd_gather_fragments_args *args, struct bd_fault *fault)
+                        const struct bd_gather_fragments_args *args, struct bd_err_detail *detail)
 {
     const struct bd_askers askers = bd_fragment_askers(g->inputs);
     const struct bd_askers_slice slice =
         bd_askers_of_list(args->first_fragment, args->fragment_count);
     enum bd_err err = bd_choose_all(g->context, &askers, &slice, list, args->first_vpl,
-                                    args->vpl_count, g->inputs->visibility, g->segments, fault);
+                                    args->vpl_count, g->inputs->visibility, g->segments, detail);
     bd_slicer_work(g->context->slicer, "gather_fragments");
     return err;
 }
 
 static enum bd_err visit_list(struct gather *g, const struct bd_vpl_list *list, uint32_t first_vpl,
-                              uint32_t vpl_count, struct bd_fault *fault)
+                              uint32_t vpl_count, struct bd_err_detail *detail)
 {
     const struct bd_fragments *fragments = g->inputs->fragments;
     const uint32_t end = g->first_fragment + g->fragment_count;
@@ -155,7 +155,7 @@ static enum bd_err visit_list(struct gather *g, const struct bd_vpl_list *list, 
             .vpl_count = vpl_count,
             .words_per_receiver = bd_divided_up(vpl_count, 32),
         };
-        enum bd_err err = g->segments ? look(g, list, &args, fault) : BD_ERR_OK;
+        enum bd_err err = g->segments ? look(g, list, &args, detail) : BD_ERR_OK;
         if (err) return err;
         struct bd_bindings bindings = bind_common(g, &args);
         bind_vpls(list, &bindings);
@@ -174,7 +174,7 @@ static enum bd_err visit_list(struct gather *g, const struct bd_vpl_list *list, 
 }
 
 // Fragments of level 0, or the others, which come first.
-static enum bd_err gather_list(struct gather *g, bool fine, struct bd_fault *fault)
+static enum bd_err gather_list(struct gather *g, bool fine, struct bd_err_detail *detail)
 {
     const struct bd_fragments *fragments = g->inputs->fragments;
     g->fine = fine;
@@ -184,10 +184,10 @@ static enum bd_err gather_list(struct gather *g, bool fine, struct bd_fault *fau
     const struct bd_program_source source = with_defines(
         g, (struct bd_program_source){.compute = "pass/gather_fragments/gather_fragments.comp"});
     struct bd_program *program;
-    enum bd_err err = bd_program_get(g->context->gpu, &source, &program, fault);
+    enum bd_err err = bd_program_get(g->context->gpu, &source, &program, detail);
     if (err) return err;
     g->program = program;
-    return for_each_range(g, visit_list, fault);
+    return for_each_range(g, visit_list, detail);
 }
 
 // --- the mask -----------------------------------------------------------------------------------
@@ -209,13 +209,13 @@ static void draw_over_all(const struct gather *g, const struct bd_program *progr
     bd_gpu_draw(g->context->gpu, &draw);
 }
 
-static enum bd_err draw_mask(const struct gather *g, bool fine, struct bd_fault *fault)
+static enum bd_err draw_mask(const struct gather *g, bool fine, struct bd_err_detail *detail)
 {
     struct bd_program_source source = {.vertex = "pass/gather_fragments/level.vert",
                                        .fragment = "pass/gather_fragments/mask.frag"};
     if (fine) bd_define(&source.defines, "BD_FINE", 1);
     struct bd_program *program;
-    enum bd_err err = bd_program_get(g->context->gpu, &source, &program, fault);
+    enum bd_err err = bd_program_get(g->context->gpu, &source, &program, detail);
     if (err) return err;
     const struct bd_gather_fragments_args args = {.depth = DEPTH_OF_MASK};
     struct bd_bindings bindings = {
@@ -256,20 +256,21 @@ static enum bd_err visit_target(struct gather *g, bool fine, const struct bd_vpl
 }
 
 static enum bd_err visit_fine(struct gather *g, const struct bd_vpl_list *list, uint32_t first_vpl,
-                              uint32_t vpl_count, struct bd_fault *fault)
+                              uint32_t vpl_count, struct bd_err_detail *detail)
 {
-    (void)fault;
+    (void)detail;
     return visit_target(g, true, list, first_vpl, vpl_count);
 }
 
 static enum bd_err visit_coarse(struct gather *g, const struct bd_vpl_list *list,
-                                uint32_t first_vpl, uint32_t vpl_count, struct bd_fault *fault)
+                                uint32_t first_vpl, uint32_t vpl_count,
+                                struct bd_err_detail *detail)
 {
-    (void)fault;
+    (void)detail;
     return visit_target(g, false, list, first_vpl, vpl_count);
 }
 
-static enum bd_err gather_behind_mask(struct gather *g, bool fine, struct bd_fault *fault)
+static enum bd_err gather_behind_mask(struct gather *g, bool fine, struct bd_err_detail *detail)
 {
     g->fine = fine;
     if (fragments_of(g->inputs->fragments, fine) == 0) return BD_ERR_OK;
@@ -285,14 +286,14 @@ static enum bd_err gather_behind_mask(struct gather *g, bool fine, struct bd_fau
     };
     struct bd_target target = {0};
     struct bd_program *program;
-    enum bd_err err = bd_program_get(g->context->gpu, &source, &program, fault);
-    if (!err) err = bd_tex_create(g->context->gpu, &desc, &target.depth.tex, fault);
+    enum bd_err err = bd_program_get(g->context->gpu, &source, &program, detail);
+    if (!err) err = bd_tex_create(g->context->gpu, &desc, &target.depth.tex, detail);
     if (err) return err;
     g->program = program;
     bd_gpu_pass_begin(g->context->gpu, "gather");
     bd_gpu_target_begin(g->context->gpu, &target);
-    err = draw_mask(g, fine, fault);
-    if (!err) err = for_each_range(g, fine ? visit_fine : visit_coarse, fault);
+    err = draw_mask(g, fine, detail);
+    if (!err) err = for_each_range(g, fine ? visit_fine : visit_coarse, detail);
     bd_gpu_target_end(g->context->gpu);
     bd_gpu_pass_end(g->context->gpu);
     bd_tex_destroy(g->context->gpu, &target.depth.tex);
@@ -301,21 +302,21 @@ static enum bd_err gather_behind_mask(struct gather *g, bool fine, struct bd_fau
 
 // --- the pass -----------------------------------------------------------------------------------
 
-static enum bd_err gather_all(struct gather *g, struct bd_fault *fault)
+static enum bd_err gather_all(struct gather *g, struct bd_err_detail *detail)
 {
     bool by_list = g->inputs->visit == BD_FRAGMENT_VISIT_LIST || g->inputs->visibility;
-    enum bd_err (*gather)(struct gather * g, bool fine, struct bd_fault *fault) =
+    enum bd_err (*gather)(struct gather * g, bool fine, struct bd_err_detail *detail) =
         by_list ? gather_list : gather_behind_mask;
-    enum bd_err err = gather(g, true, fault);
-    return err ? err : gather(g, false, fault);
+    enum bd_err err = gather(g, true, detail);
+    return err ? err : gather(g, false, detail);
 }
 
-static enum bd_err gather_on_device(struct gather *g, struct bd_fault *fault)
+static enum bd_err gather_on_device(struct gather *g, struct bd_err_detail *detail)
 {
     struct bd_gpu *gpu = g->context->gpu;
     enum bd_err err = BD_ERR_OK;
-    if (g->inputs->visibility) err = bd_segments_create(gpu, BD_SEGMENTS_MAX, &g->segments, fault);
-    if (!err) err = gather_all(g, fault);
+    if (g->inputs->visibility) err = bd_segments_create(gpu, BD_SEGMENTS_MAX, &g->segments, detail);
+    if (!err) err = gather_all(g, detail);
     if (!err && g->segments) bd_ray_counts_add(&g->out->rays, g->segments->traced);
     bd_segments_destroy(gpu, &g->segments);
     return err;
@@ -323,7 +324,7 @@ static enum bd_err gather_on_device(struct gather *g, struct bd_fault *fault)
 
 // --- the processor ------------------------------------------------------------------------------
 
-static enum bd_err gather_native(const struct gather *g, struct bd_fault *fault)
+static enum bd_err gather_native(const struct gather *g, struct bd_err_detail *detail)
 {
     const struct bd_gather_native_inputs native = {
         .receivers =
@@ -338,7 +339,7 @@ static enum bd_err gather_native(const struct gather *g, struct bd_fault *fault)
         .list_count = g->inputs->list_count,
         .visibility = g->inputs->visibility,
     };
-    return bd_gather_native_run(g->context, &native, &g->out->rays, fault);
+    return bd_gather_native_run(g->context, &native, &g->out->rays, detail);
 }
 
 static bool is_native(const struct gather *g)
@@ -355,7 +356,7 @@ enum bd_light_vectors bd_fragment_vectors(const struct bd_gather_fragments_input
 
 enum bd_err bd_gather_fragments_run(const struct bd_pass_context *context,
                                     const struct bd_gather_fragments_inputs *inputs,
-                                    struct bd_multires_light **out, struct bd_fault *fault)
+                                    struct bd_multires_light **out, struct bd_err_detail *detail)
 {
     struct gather g = {
         .context = context,
@@ -367,8 +368,8 @@ enum bd_err bd_gather_fragments_run(const struct bd_pass_context *context,
         g.out = inputs->into;
     else
         err = bd_multires_light_create(context->gpu, &inputs->fragments->layout,
-                                       bd_fragment_vectors(inputs), &g.out, fault);
-    if (!err) err = is_native(&g) ? gather_native(&g, fault) : gather_on_device(&g, fault);
+                                       bd_fragment_vectors(inputs), &g.out, detail);
+    if (!err) err = is_native(&g) ? gather_native(&g, detail) : gather_on_device(&g, detail);
     if (err) {
         if (!inputs->into) bd_multires_light_destroy(context->gpu, &g.out);
         return err;

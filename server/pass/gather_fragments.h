@@ -66,16 +66,16 @@ enum bd_light_vectors bd_fragment_vectors(const struct bd_gather_fragments_input
 BD_MUST_CHECK
 enum bd_err bd_gather_fragments_run(const struct bd_pass_context *context,
                                     const struct bd_gather_fragments_inputs *inputs,
-                                    struct bd_multires_light **out, struct bd_fault *fault);
+                                    struct bd_multires_light **out, struct bd_err_detail *detail);
 // All textures of a multiresolution light, cleared to no data: for whoever fills it.
 BD_MUST_CHECK
 enum bd_err bd_multires_light_create(struct bd_gpu *gpu, const struct bd_multires_layout *layout,
                                      enum bd_light_vectors vectors, struct bd_multires_light **out,
-                                     struct bd_fault *fault);
+                                     struct bd_err_detail *detail);
 // With textures for its noise, which it has not yet.
 BD_MUST_CHECK
 enum bd_err bd_multires_light_add_noise(struct bd_gpu *gpu, struct bd_multires_light *light,
-                                        struct bd_fault *fault);
+                                        struct bd_err_detail *detail);
 // Its light at images 0 and 1, level 0 and the rest, and its vectors at 2 and 3, to be written.
 void bd_multires_light_bind(const void *light, struct bd_bindings *bindings);
 void bd_multires_light_destroy(struct bd_gpu *gpu, struct bd_multires_light **light);

@@ -17,7 +17,7 @@ struct gather {
     struct bd_native_vpls turn;
     struct bd_native_hidden hidden;
     struct bd_glossy_groups glossy; // of the part
-    struct bd_fault *fault;
+    struct bd_err_detail *detail;
 };
 
 static void gather_group(void *user, uint32_t group)
@@ -52,7 +52,7 @@ static enum bd_err look(struct gather *g, const struct bd_vpl_list *list)
     bd_gpu_pass_end(g->context->gpu);
     enum bd_err err =
         bd_choose_all(g->context, g->part->askers, &g->part->slice, list, g->turn.first, count,
-                      g->inputs->visibility, g->segments, g->fault);
+                      g->inputs->visibility, g->segments, g->detail);
     bd_gpu_pass_begin(g->context->gpu, g->inputs->receivers.pass);
     g->hidden = (struct bd_native_hidden){g->segments->host_bits, bd_divided_up(count, 32)};
     return err;
@@ -90,7 +90,7 @@ static enum bd_err gather_lists(void *user, const struct bd_receiver_part *part)
     struct gather *g = user;
     g->part = part;
     const uint32_t step = g->segments ? BD_VPLS_PER_SUM : BD_TURN_EVALUATIONS;
-    enum bd_err err = part->surfaces ? bd_glossy_groups_of(part, &g->glossy, g->fault) : BD_ERR_OK;
+    enum bd_err err = part->surfaces ? bd_glossy_groups_of(part, &g->glossy, g->detail) : BD_ERR_OK;
     for (uint32_t l = 0; l < g->inputs->list_count; l++) {
         for (uint32_t at = 0; !err && at < g->lists[l].end; at += step) {
             g->turn = g->lists[l];
@@ -115,23 +115,23 @@ static enum bd_err run(struct gather *g)
     receivers.light = gather_lists;
     receivers.user = g;
     if (g->segments) receivers.receivers_max = bd_choose_all_max(BD_VPLS_PER_SUM);
-    return bd_receivers_run(g->context, &receivers, g->fault);
+    return bd_receivers_run(g->context, &receivers, g->detail);
 }
 
 enum bd_err bd_gather_native_run(const struct bd_pass_context *context,
                                  const struct bd_gather_native_inputs *inputs,
-                                 struct bd_ray_counts *rays, struct bd_fault *fault)
+                                 struct bd_ray_counts *rays, struct bd_err_detail *detail)
 {
     struct gather g = {
         .context = context,
         .inputs = inputs,
         .wishes = bd_native_wishes_of(&inputs->receivers),
-        .fault = fault,
+        .detail = detail,
     };
     enum bd_err err =
-        bd_native_lists_borrow(context->gpu, inputs->lists, inputs->list_count, &g.lists, fault);
+        bd_native_lists_borrow(context->gpu, inputs->lists, inputs->list_count, &g.lists, detail);
     if (!err && inputs->visibility)
-        err = bd_segments_create(context->gpu, BD_SEGMENTS_MAX, &g.segments, fault);
+        err = bd_segments_create(context->gpu, BD_SEGMENTS_MAX, &g.segments, detail);
     if (!err) err = run(&g);
     if (!err && g.segments) bd_ray_counts_add(rays, g.segments->traced);
     bd_segments_destroy(context->gpu, &g.segments);

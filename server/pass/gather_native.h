@@ -23,7 +23,7 @@ bool bd_gather_may_be_native(const struct bd_pass_context *context,
 BD_MUST_CHECK
 enum bd_err bd_gather_native_run(const struct bd_pass_context *context,
                                  const struct bd_gather_native_inputs *inputs,
-                                 struct bd_ray_counts *rays, struct bd_fault *fault);
+                                 struct bd_ray_counts *rays, struct bd_err_detail *detail);
 
 // Of a few of a list, chosen as pass/choose does, that are seen. No lobes.
 struct bd_gather_chosen_native_inputs {
@@ -37,13 +37,13 @@ struct bd_gather_chosen_native_inputs {
 BD_MUST_CHECK
 enum bd_err bd_gather_chosen_native_run(const struct bd_pass_context *context,
                                         const struct bd_gather_chosen_native_inputs *inputs,
-                                        struct bd_ray_counts *rays, struct bd_fault *fault);
+                                        struct bd_ray_counts *rays, struct bd_err_detail *detail);
 
 // Of cuts of trees; not by the printed criterion.
 BD_MUST_CHECK
 enum bd_err bd_gather_tree_native_run(const struct bd_pass_context *context,
                                       const struct bd_receivers_inputs *receivers,
                                       const struct bd_gather_tree_inputs *inputs,
-                                      struct bd_fault *fault);
+                                      struct bd_err_detail *detail);
 
 #endif

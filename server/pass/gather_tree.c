@@ -124,7 +124,7 @@ static enum bd_err gather_roots(void *user, const struct bd_tree_roots *roots)
     return g->blocks ? light_fragments(g, roots, units) : light_pixels(g, roots, units);
 }
 
-static enum bd_err get_programs(struct gather_tree *g, struct bd_fault *fault)
+static enum bd_err get_programs(struct gather_tree *g, struct bd_err_detail *detail)
 {
     struct bd_program_source source = {.compute = "pass/gather_tree/gather_tree.comp"};
     if (g->blocks) bd_define(&source.defines, "BD_FRAGMENTS", 1);
@@ -138,8 +138,8 @@ static enum bd_err get_programs(struct gather_tree *g, struct bd_fault *fault)
     if (g->blocks && g->inputs->spread) bd_define(&source.defines, "BD_SPREAD", 1);
     bd_define(&estimate.defines, "BD_ESTIMATE", 1);
     struct bd_program *program = NULL, *estimate_program = NULL;
-    enum bd_err err = bd_program_get(g->context->gpu, &source, &program, fault);
-    if (!err) err = bd_program_get(g->context->gpu, &estimate, &estimate_program, fault);
+    enum bd_err err = bd_program_get(g->context->gpu, &source, &program, detail);
+    if (!err) err = bd_program_get(g->context->gpu, &estimate, &estimate_program, detail);
     g->program = program;
     g->estimate_program = estimate_program;
     return err;
@@ -169,7 +169,7 @@ static void bind_pixels(const void *out, struct bd_bindings *bindings)
     bd_bind_image(bindings, 0, pixels->irradiance, false, true);
 }
 
-static enum bd_err run_native(const struct gather_tree *g, struct bd_fault *fault)
+static enum bd_err run_native(const struct gather_tree *g, struct bd_err_detail *detail)
 {
     const struct bd_gather_tree_inputs *in = g->inputs;
     const struct bd_receivers_inputs receivers = {
@@ -188,7 +188,7 @@ static enum bd_err run_native(const struct gather_tree *g, struct bd_fault *faul
         .bind = g->blocks ? bd_multires_light_bind : bind_pixels,
         .out = g->blocks ? (const void *)g->blocks : g->pixels,
     };
-    return bd_gather_tree_native_run(g->context, &receivers, in, fault);
+    return bd_gather_tree_native_run(g->context, &receivers, in, detail);
 }
 
 // By loops of the processor, as far as there are any.
@@ -198,12 +198,12 @@ static bool is_native(const struct gather_tree *g)
            !(g->pixels && g->inputs->glossy);
 }
 
-static enum bd_err run(struct gather_tree *g, struct bd_fault *fault)
+static enum bd_err run(struct gather_tree *g, struct bd_err_detail *detail)
 {
-    if (is_native(g)) return run_native(g, fault);
+    if (is_native(g)) return run_native(g, detail);
     const size_t receivers = (size_t)g->row_width * g->row_count;
-    enum bd_err err = get_programs(g, fault);
-    if (!err) err = bd_tree_walk_begin(g->context->gpu, g->inputs, receivers, &g->walk, fault);
+    enum bd_err err = get_programs(g, detail);
+    if (!err) err = bd_tree_walk_begin(g->context->gpu, g->inputs, receivers, &g->walk, detail);
     if (!err) err = gather_all(g);
     bd_tree_walk_end(g->context->gpu, &g->walk);
     return err;
@@ -211,14 +211,14 @@ static enum bd_err run(struct gather_tree *g, struct bd_fault *fault)
 
 enum bd_err bd_gather_tree_run(const struct bd_pass_context *context,
                                const struct bd_gather_tree_inputs *inputs, struct bd_indirect **out,
-                               struct bd_fault *fault)
+                               struct bd_err_detail *detail)
 {
     struct gather_tree g = gather_tree_of(context, inputs);
     g.row_count = g.view.size_px.y;
     g.row_width = g.view.size_px.x;
     enum bd_err err =
-        bd_indirect_create(context->gpu, inputs->viewpoint, inputs->glossy, &g.pixels, fault);
-    if (!err) err = run(&g, fault);
+        bd_indirect_create(context->gpu, inputs->viewpoint, inputs->glossy, &g.pixels, detail);
+    if (!err) err = run(&g, detail);
     if (err) {
         bd_indirect_destroy(context->gpu, &g.pixels);
         return err;
@@ -229,7 +229,8 @@ enum bd_err bd_gather_tree_run(const struct bd_pass_context *context,
 
 enum bd_err bd_gather_tree_fragments_run(const struct bd_pass_context *context,
                                          const struct bd_gather_tree_inputs *inputs,
-                                         struct bd_multires_light **out, struct bd_fault *fault)
+                                         struct bd_multires_light **out,
+                                         struct bd_err_detail *detail)
 {
     struct gather_tree g = gather_tree_of(context, inputs);
     g.row_count = (inputs->fragments->count + FRAGMENTS_PER_ROW - 1) / FRAGMENTS_PER_ROW;
@@ -238,11 +239,10 @@ enum bd_err bd_gather_tree_fragments_run(const struct bd_pass_context *context,
     if (inputs->into)
         g.blocks = inputs->into;
     else
-        err = bd_multires_light_create(context->gpu, &inputs->fragments->layout,
-                                       inputs->vector ? BD_LIGHT_VECTORS_ALL
-                                                      : BD_LIGHT_VECTORS_NONE,
-                                       &g.blocks, fault);
-    if (!err) err = run(&g, fault);
+        err = bd_multires_light_create(
+            context->gpu, &inputs->fragments->layout,
+            inputs->vector ? BD_LIGHT_VECTORS_ALL : BD_LIGHT_VECTORS_NONE, &g.blocks, detail);
+    if (!err) err = run(&g, detail);
     if (err) {
         if (!inputs->into) bd_multires_light_destroy(context->gpu, &g.blocks);
         return err;

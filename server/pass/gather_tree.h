@@ -59,11 +59,12 @@ struct bd_gather_tree_inputs {
 BD_MUST_CHECK
 enum bd_err bd_gather_tree_run(const struct bd_pass_context *context,
                                const struct bd_gather_tree_inputs *inputs, struct bd_indirect **out,
-                               struct bd_fault *fault);
+                               struct bd_err_detail *detail);
 // At fragments.
 BD_MUST_CHECK
 enum bd_err bd_gather_tree_fragments_run(const struct bd_pass_context *context,
                                          const struct bd_gather_tree_inputs *inputs,
-                                         struct bd_multires_light **out, struct bd_fault *fault);
+                                         struct bd_multires_light **out,
+                                         struct bd_err_detail *detail);
 
 #endif

@@ -24,17 +24,17 @@ struct gather {
 
 // --- what it works on ---------------------------------------------------------------------------
 
-static enum bd_err borrow_trees(struct gather *g, struct bd_fault *fault)
+static enum bd_err borrow_trees(struct gather *g, struct bd_err_detail *detail)
 {
     const struct bd_gather_tree_inputs *in = g->walk.inputs;
     g->trees = calloc(in->tree_count + 1, sizeof *g->trees);
     BD_ASSERT(g->trees);
     struct bd_gpu *gpu = g->context->gpu;
-    enum bd_err err = bd_native_lists_borrow(gpu, in->leaves, in->tree_count, &g->leaves, fault);
+    enum bd_err err = bd_native_lists_borrow(gpu, in->leaves, in->tree_count, &g->leaves, detail);
     for (uint32_t i = 0; !err && i < in->tree_count; i++) {
         const struct bd_tree_roots all = {.light = i, .count = bd_tree_root_count(in->trees[i])};
         void *nodes = NULL;
-        err = bd_buf_borrow(gpu, in->trees[i]->nodes, BD_BORROW_TO_READ, &nodes, fault);
+        err = bd_buf_borrow(gpu, in->trees[i]->nodes, BD_BORROW_TO_READ, &nodes, detail);
         g->trees[i] = (struct bd_native_tree){
             .nodes = nodes, .leaves = g->leaves[i], .args = bd_tree_walk_args(&g->walk, &all)};
     }
@@ -120,7 +120,7 @@ static enum bd_err light_part(void *user, const struct bd_receiver_part *part)
 enum bd_err bd_gather_tree_native_run(const struct bd_pass_context *context,
                                       const struct bd_receivers_inputs *receivers,
                                       const struct bd_gather_tree_inputs *inputs,
-                                      struct bd_fault *fault)
+                                      struct bd_err_detail *detail)
 {
     struct gather g = {
         .context = context,
@@ -130,8 +130,8 @@ enum bd_err bd_gather_tree_native_run(const struct bd_pass_context *context,
     struct bd_receivers_inputs own = *receivers;
     own.light = light_part;
     own.user = &g;
-    enum bd_err err = borrow_trees(&g, fault);
-    if (!err) err = bd_receivers_run(context, &own, fault);
+    enum bd_err err = borrow_trees(&g, detail);
+    if (!err) err = bd_receivers_run(context, &own, detail);
     return_trees(&g);
     return err;
 }

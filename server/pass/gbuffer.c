@@ -30,7 +30,7 @@ static struct bd_tex **texture_at(struct bd_gbuffer *gbuffer, size_t i)
 
 static enum bd_err create_textures(struct bd_gpu *gpu, const struct bd_gbuffer_inputs *inputs,
                                    struct bd_gbuffer *gbuffer, struct bd_target *target,
-                                   struct bd_fault *fault)
+                                   struct bd_err_detail *detail)
 {
     size_t count = inputs->emission ? LAYOUT_COUNT : LAYOUT_COUNT - 1;
     for (size_t i = 0; i < count; i++) {
@@ -40,7 +40,7 @@ static enum bd_err create_textures(struct bd_gpu *gpu, const struct bd_gbuffer_i
             .width_px = inputs->viewpoint->width_px,
             .height_px = inputs->viewpoint->height_px,
         };
-        enum bd_err err = bd_tex_create(gpu, &desc, texture_at(gbuffer, i), fault);
+        enum bd_err err = bd_tex_create(gpu, &desc, texture_at(gbuffer, i), detail);
         if (err) return err;
         target->color[i].tex = *texture_at(gbuffer, i);
     }
@@ -49,7 +49,7 @@ static enum bd_err create_textures(struct bd_gpu *gpu, const struct bd_gbuffer_i
 
 static enum bd_err draw(const struct bd_pass_context *context,
                         const struct bd_gbuffer_inputs *inputs, const struct bd_target *target,
-                        struct bd_fault *fault)
+                        struct bd_err_detail *detail)
 {
     const struct bd_scene_draws draws = {
         .scene = inputs->scene,
@@ -62,14 +62,14 @@ static enum bd_err draw(const struct bd_pass_context *context,
         .tracer = inputs->tracer,
     };
     bd_gpu_target_begin(context->gpu, target);
-    enum bd_err err = bd_scene_draws_record(context->gpu, &draws, context->slicer, fault);
+    enum bd_err err = bd_scene_draws_record(context->gpu, &draws, context->slicer, detail);
     bd_gpu_target_end(context->gpu);
     return err;
 }
 
 enum bd_err bd_gbuffer_render(const struct bd_pass_context *context,
                               const struct bd_gbuffer_inputs *inputs, struct bd_gbuffer **out,
-                              struct bd_fault *fault)
+                              struct bd_err_detail *detail)
 {
     struct bd_gbuffer *gbuffer = calloc(1, sizeof *gbuffer);
     BD_ASSERT(gbuffer);
@@ -80,9 +80,9 @@ enum bd_err bd_gbuffer_render(const struct bd_pass_context *context,
         .width_px = inputs->viewpoint->width_px,
         .height_px = inputs->viewpoint->height_px,
     };
-    enum bd_err err = create_textures(context->gpu, inputs, gbuffer, &target, fault);
-    if (!err) err = bd_tex_create(context->gpu, &depth_desc, &target.depth.tex, fault);
-    if (!err) err = draw(context, inputs, &target, fault);
+    enum bd_err err = create_textures(context->gpu, inputs, gbuffer, &target, detail);
+    if (!err) err = bd_tex_create(context->gpu, &depth_desc, &target.depth.tex, detail);
+    if (!err) err = draw(context, inputs, &target, detail);
     bd_tex_destroy(context->gpu, &target.depth.tex);
     if (err) {
         bd_gbuffer_destroy(context->gpu, &gbuffer);

@@ -32,7 +32,7 @@ struct bd_gbuffer {
 BD_MUST_CHECK
 enum bd_err bd_gbuffer_render(const struct bd_pass_context *context,
                               const struct bd_gbuffer_inputs *inputs, struct bd_gbuffer **out,
-                              struct bd_fault *fault);
+                              struct bd_err_detail *detail);
 void bd_gbuffer_destroy(struct bd_gpu *gpu, struct bd_gbuffer **gbuffer);
 uint64_t bd_gbuffer_bytes(const struct bd_gbuffer *gbuffer);
 

@@ -56,7 +56,7 @@ struct gloss {
     // Of the picture: four floats a pixel.
     float *half[HALVES];
     struct bd_ray_counts traced;
-    struct bd_fault *fault;
+    struct bd_err_detail *detail;
 };
 
 // --- room ---------------------------------------------------------------------------------------
@@ -76,8 +76,8 @@ static uint32_t receivers_at_once(const struct gloss *g)
 
 static enum bd_err no_memory(const struct gloss *g)
 {
-    return bd_fault_set(g->fault, BD_ERR_NO_MEMORY, "size", "no memory for lobes of %ux%u pixels",
-                        g->width_px, g->height_px);
+    return bd_err_set(g->detail, BD_ERR_NO_MEMORY, "size", "no memory for lobes of %ux%u pixels",
+                      g->width_px, g->height_px);
 }
 
 static enum bd_err make_room(struct gloss *g, uint32_t group_count)
@@ -272,14 +272,14 @@ static enum bd_err light_part(void *user, const struct bd_receiver_part *part)
     if (err) return err;
     close_ranks(g);
     err = bd_nearest_ask(&g->context, in->visibility, g->rays, g->count, g->hits, &g->traced,
-                         g->fault);
+                         g->detail);
     if (!err)
         err =
             bd_receivers_each(&g->context, part->group_count, UNITS_PER_HIT * rays, place_group, g);
     if (!err)
-        err =
-            bd_first_light_run(&g->context, in->first, in->visibility, in->seed + PURPOSE,
-                               g->places, g->count, g->irradiance, g->cosine, &g->traced, g->fault);
+        err = bd_first_light_run(&g->context, in->first, in->visibility, in->seed + PURPOSE,
+                                 g->places, g->count, g->irradiance, g->cosine, &g->traced,
+                                 g->detail);
     bd_slicer_work(g->context.slicer, "gloss");
     if (!err)
         err = bd_receivers_each(&g->context, part->group_count, UNITS_PER_HIT * rays, reflect_group,
@@ -309,7 +309,7 @@ static enum bd_err write_half(const struct gloss *g, uint32_t half, const char *
                                      .width_px = g->width_px,
                                      .height_px = g->height_px};
     const size_t row_floats = 4 * (size_t)g->width_px;
-    enum bd_err err = bd_tex_create(g->context.gpu, &desc, out, g->fault);
+    enum bd_err err = bd_tex_create(g->context.gpu, &desc, out, g->detail);
     bd_slicer_work(g->context.slicer, "gloss write");
     for (uint32_t row = 0, rows; !err && row < g->height_px; row += rows) {
         rows = bd_slicer_rows(g->context.slicer, g->width_px, g->height_px - row);
@@ -335,7 +335,7 @@ static enum bd_err run(struct gloss *g, const struct bd_gather_inputs *gather,
     };
     enum bd_err err = make_halves(g);
     g->view_reach = bd_askers_reach(&receivers.askers);
-    if (!err) err = bd_receivers_run(&g->context, &receivers, g->fault);
+    if (!err) err = bd_receivers_run(&g->context, &receivers, g->detail);
     if (err) return err;
     combine(g);
     struct bd_tex **light = g->rough ? &indirect->rough : &indirect->glossy;
@@ -346,7 +346,7 @@ static enum bd_err run(struct gloss *g, const struct bd_gather_inputs *gather,
 
 static enum bd_err run_of(bool rough, const struct bd_pass_context *context,
                           const struct bd_far_inputs *inputs, const struct bd_gather_inputs *gather,
-                          struct bd_indirect *indirect, struct bd_fault *fault)
+                          struct bd_indirect *indirect, struct bd_err_detail *detail)
 {
     struct gloss g = {
         .context = *context,
@@ -357,7 +357,7 @@ static enum bd_err run_of(bool rough, const struct bd_pass_context *context,
         .width_px = gather->viewpoint->width_px,
         .height_px = gather->viewpoint->height_px,
         .stride = bd_sequence_stride(inputs->rays / HALVES),
-        .fault = fault,
+        .detail = detail,
     };
     g.context.processor = &g.processor;
     for (uint32_t i = 0; i < HALVES * KINDS; i++)
@@ -372,15 +372,15 @@ static enum bd_err run_of(bool rough, const struct bd_pass_context *context,
 
 enum bd_err bd_gloss_run(const struct bd_pass_context *context, const struct bd_far_inputs *inputs,
                          const struct bd_gather_inputs *gather, struct bd_indirect *indirect,
-                         struct bd_fault *fault)
+                         struct bd_err_detail *detail)
 {
-    return run_of(false, context, inputs, gather, indirect, fault);
+    return run_of(false, context, inputs, gather, indirect, detail);
 }
 
 enum bd_err bd_gloss_of_rough_run(const struct bd_pass_context *context,
                                   const struct bd_far_inputs *inputs,
                                   const struct bd_gather_inputs *gather,
-                                  struct bd_indirect *indirect, struct bd_fault *fault)
+                                  struct bd_indirect *indirect, struct bd_err_detail *detail)
 {
-    return run_of(true, context, inputs, gather, indirect, fault);
+    return run_of(true, context, inputs, gather, indirect, detail);
 }

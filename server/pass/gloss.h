@@ -19,7 +19,7 @@
 BD_MUST_CHECK
 enum bd_err bd_gloss_run(const struct bd_pass_context *context, const struct bd_far_inputs *inputs,
                          const struct bd_gather_inputs *gather, struct bd_indirect *indirect,
-                         struct bd_fault *fault);
+                         struct bd_err_detail *detail);
 
 // The same of rough dielectrics, which all of the others are: what their specular lobe alone
 // reflects, by rays of that alone. Makes `rough` and `noise_rough`. In a pass "rough".
@@ -27,6 +27,6 @@ BD_MUST_CHECK
 enum bd_err bd_gloss_of_rough_run(const struct bd_pass_context *context,
                                   const struct bd_far_inputs *inputs,
                                   const struct bd_gather_inputs *gather,
-                                  struct bd_indirect *indirect, struct bd_fault *fault);
+                                  struct bd_indirect *indirect, struct bd_err_detail *detail);
 
 #endif

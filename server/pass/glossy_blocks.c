@@ -22,22 +22,22 @@ struct work {
 
 static enum bd_err create_stack(struct bd_gpu *gpu, const char *name, enum bd_format format,
                                 const struct bd_multires_layout *layout, struct bd_tex **out,
-                                struct bd_fault *fault)
+                                struct bd_err_detail *detail)
 {
     struct bd_tex_desc desc = {.name = name, .format = format};
     bd_multires_stack_size(layout, &desc.width_px, &desc.height_px);
-    return bd_tex_create(gpu, &desc, out, fault);
+    return bd_tex_create(gpu, &desc, out, detail);
 }
 
 static enum bd_err create_out(struct bd_gpu *gpu, const struct bd_multires_layout *layout,
-                              struct bd_discontinuity **out, struct bd_fault *fault)
+                              struct bd_discontinuity **out, struct bd_err_detail *detail)
 {
     struct bd_discontinuity *made = calloc(1, sizeof *made);
     BD_ASSERT(made);
     made->layout = *layout;
     made->glossy = true;
     enum bd_err err =
-        create_stack(gpu, "glossy blocks", BD_FORMAT_R32UI, layout, &made->flags, fault);
+        create_stack(gpu, "glossy blocks", BD_FORMAT_R32UI, layout, &made->flags, detail);
     if (err) bd_discontinuity_destroy(gpu, &made);
     *out = made;
     return err;
@@ -58,12 +58,12 @@ static struct bd_bindings bind(const struct work *w, const struct bd_glossy_bloc
     return bindings;
 }
 
-static enum bd_err run_level(const struct work *w, uint32_t level, struct bd_fault *fault)
+static enum bd_err run_level(const struct work *w, uint32_t level, struct bd_err_detail *detail)
 {
     struct bd_program_source source = {.compute = "pass/glossy_blocks/glossy_blocks.comp"};
     if (level == 1) bd_define(&source.defines, "BD_PIXELS", 1);
     struct bd_program *program;
-    enum bd_err err = bd_program_get(w->context->gpu, &source, &program, fault);
+    enum bd_err err = bd_program_get(w->context->gpu, &source, &program, detail);
     const struct bd_uvec4 size = w->out->layout.levels[level];
     const double units_per_row = UNITS_PER_BLOCK * size.x;
     bd_slicer_work(w->context->slicer, "glossy_blocks");
@@ -86,7 +86,7 @@ static enum bd_err run_level(const struct work *w, uint32_t level, struct bd_fau
 
 enum bd_err bd_glossy_blocks_run(const struct bd_pass_context *context,
                                  const struct bd_glossy_blocks_inputs *inputs,
-                                 struct bd_discontinuity **out, struct bd_fault *fault)
+                                 struct bd_discontinuity **out, struct bd_err_detail *detail)
 {
     struct bd_gpu *gpu = context->gpu;
     struct work w = {
@@ -95,12 +95,13 @@ enum bd_err bd_glossy_blocks_run(const struct bd_pass_context *context,
         .view = bd_viewpoint_uniform(inputs->viewpoint, inputs->space),
     };
     const struct bd_multires_layout *layout = &inputs->discontinuity->layout;
-    enum bd_err err = create_out(gpu, layout, &w.out, fault);
+    enum bd_err err = create_out(gpu, layout, &w.out, detail);
     if (!err)
-        err = create_stack(gpu, "surfaces, least", BD_FORMAT_RGBA32UI, layout, &w.least, fault);
-    if (!err) err = create_stack(gpu, "surfaces, most", BD_FORMAT_RGBA32UI, layout, &w.most, fault);
+        err = create_stack(gpu, "surfaces, least", BD_FORMAT_RGBA32UI, layout, &w.least, detail);
+    if (!err)
+        err = create_stack(gpu, "surfaces, most", BD_FORMAT_RGBA32UI, layout, &w.most, detail);
     for (uint32_t level = 1; !err && level < layout->size_px.z; level++)
-        err = run_level(&w, level, fault);
+        err = run_level(&w, level, detail);
     bd_tex_destroy(gpu, &w.least);
     bd_tex_destroy(gpu, &w.most);
     if (err) {
@@ -112,10 +113,10 @@ enum bd_err bd_glossy_blocks_run(const struct bd_pass_context *context,
 }
 
 enum bd_err bd_glossy_pixels(struct bd_gpu *gpu, const struct bd_viewpoint *viewpoint,
-                             struct bd_discontinuity **out, struct bd_fault *fault)
+                             struct bd_discontinuity **out, struct bd_err_detail *detail)
 {
     const uint32_t width = viewpoint->width_px, height = viewpoint->height_px;
     const struct bd_multires_layout layout =
         bd_multires_layout_of(width, height, width > height ? width : height);
-    return create_out(gpu, &layout, out, fault);
+    return create_out(gpu, &layout, out, detail);
 }

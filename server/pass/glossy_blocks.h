@@ -22,10 +22,10 @@ struct bd_glossy_blocks_inputs {
 BD_MUST_CHECK
 enum bd_err bd_glossy_blocks_run(const struct bd_pass_context *context,
                                  const struct bd_glossy_blocks_inputs *inputs,
-                                 struct bd_discontinuity **out, struct bd_fault *fault);
+                                 struct bd_discontinuity **out, struct bd_err_detail *detail);
 // No blocks at all: its fragments are the glossy pixels.
 BD_MUST_CHECK
 enum bd_err bd_glossy_pixels(struct bd_gpu *gpu, const struct bd_viewpoint *viewpoint,
-                             struct bd_discontinuity **out, struct bd_fault *fault);
+                             struct bd_discontinuity **out, struct bd_err_detail *detail);
 
 #endif

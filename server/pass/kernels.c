@@ -9,12 +9,12 @@ uint32_t bd_divided_up(uint32_t n, uint32_t by)
 
 enum bd_err bd_compute_get(struct bd_gpu *gpu, const char *compute,
                            const struct bd_defines *defines, const struct bd_program **out,
-                           struct bd_fault *fault)
+                           struct bd_err_detail *detail)
 {
     struct bd_program_source source = {.compute = compute};
     if (defines) source.defines = *defines;
     struct bd_program *program = NULL;
-    enum bd_err err = bd_program_get(gpu, &source, &program, fault);
+    enum bd_err err = bd_program_get(gpu, &source, &program, detail);
     *out = program;
     return err;
 }

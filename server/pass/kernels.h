@@ -16,7 +16,7 @@ uint32_t bd_divided_up(uint32_t n, uint32_t by);
 BD_MUST_CHECK
 enum bd_err bd_compute_get(struct bd_gpu *gpu, const char *compute,
                            const struct bd_defines *defines, const struct bd_program **out,
-                           struct bd_fault *fault);
+                           struct bd_err_detail *detail);
 
 void bd_bind_storage(struct bd_bindings *bindings, uint32_t unit, struct bd_buf *buf, bool read,
                      bool write);

@@ -346,7 +346,7 @@ static uint32_t list_lit(const struct bd_light_patches_inputs *in, struct lit_po
 
 enum bd_err bd_light_patches_init(struct bd_light_patches *patches,
                                   const struct bd_light_patches_inputs *inputs,
-                                  struct bd_fault *fault)
+                                  struct bd_err_detail *detail)
 {
     const uint32_t count = inputs->count;
     const uint32_t spare = inputs->root_side == 0 ? count / SPARE_PART : 0;
@@ -358,8 +358,7 @@ enum bd_err bd_light_patches_init(struct bd_light_patches *patches,
                          .spare = count - spare,
                          .spare_end = count};
     if (!d.lit || !patches->lights || !patches->quads)
-        d.err =
-            bd_fault_set(fault, BD_ERR_NO_MEMORY, "vpls", "no memory for %u light paths", count);
+        d.err = bd_err_set(detail, BD_ERR_NO_MEMORY, "vpls", "no memory for %u light paths", count);
     bd_slicer_work(inputs->slicer, "divide");
     if (!d.err) divide(&d, d.lit, list_lit(inputs, d.lit), count - spare, 0);
     free(d.lit);

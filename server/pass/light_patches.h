@@ -39,7 +39,7 @@ struct bd_light_patches {
 BD_MUST_CHECK
 enum bd_err bd_light_patches_init(struct bd_light_patches *patches,
                                   const struct bd_light_patches_inputs *inputs,
-                                  struct bd_fault *fault);
+                                  struct bd_err_detail *detail);
 void bd_light_patches_finish(struct bd_light_patches *patches);
 
 #endif

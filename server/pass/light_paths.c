@@ -39,7 +39,7 @@ struct paths {
     struct bd_area_light_found *found;
     uint32_t *occluded;
     struct bd_lit_points lit;
-    struct bd_fault *fault;
+    struct bd_err_detail *detail;
 };
 
 // --- their light --------------------------------------------------------------------------------
@@ -93,7 +93,7 @@ static enum bd_err light_points(struct paths *p)
         if (!err)
             err = bd_visibility_ask(&p->context, &p->inputs->visibility, p->segments,
                                     (size_t)groups * BD_LANES * p->sampling.rays, p->occluded,
-                                    &traced, p->fault);
+                                    &traced, p->detail);
         if (!err) sum_rays(p);
     }
     return err;
@@ -103,8 +103,8 @@ static enum bd_err light_points(struct paths *p)
 
 static enum bd_err no_memory(const struct paths *p)
 {
-    return bd_fault_set(p->fault, BD_ERR_NO_MEMORY, "vpls", "no memory for %u light paths",
-                        p->inputs->count);
+    return bd_err_set(p->detail, BD_ERR_NO_MEMORY, "vpls", "no memory for %u light paths",
+                      p->inputs->count);
 }
 
 static uint32_t points_of(const struct bd_light_paths_inputs *in)
@@ -120,7 +120,7 @@ static enum bd_err spread_points(struct paths *p)
 {
     bd_slicer_work(p->context.slicer, "surface points");
     return bd_surface_points_init(&p->points, p->inputs->snapshot, points_of(p->inputs),
-                                  p->inputs->sends, bd_slicer_pause, p->context.slicer, p->fault);
+                                  p->inputs->sends, bd_slicer_pause, p->context.slicer, p->detail);
 }
 
 static enum bd_err make_room(struct paths *p)
@@ -137,7 +137,7 @@ static enum bd_err make_room(struct paths *p)
 static enum bd_err make_tree(const struct bd_pass_context *context,
                              const struct bd_light_paths_inputs *inputs,
                              const struct bd_light_patches *patches, struct bd_light_paths *paths,
-                             struct bd_fault *fault)
+                             struct bd_err_detail *detail)
 {
     const struct bd_vpl_tree_inputs tree = {
         .leaves = paths->vpls,
@@ -148,7 +148,7 @@ static enum bd_err make_tree(const struct bd_pass_context *context,
         .area = patches->area,
         .flux = patches->flux,
     };
-    return bd_vpl_tree_run(context, &tree, &paths->tree, fault);
+    return bd_vpl_tree_run(context, &tree, &paths->tree, detail);
 }
 
 // What VPLs send on is of all that they have room for: maps hold where punctual lights' light first
@@ -170,7 +170,7 @@ static enum bd_err upload_list(struct paths *p, const void *lights, const void *
                                uint32_t count, struct bd_vpl_list **out)
 {
     struct bd_gpu *gpu = p->context.gpu;
-    enum bd_err err = bd_vpl_list_create(gpu, count, out, p->fault);
+    enum bd_err err = bd_vpl_list_create(gpu, count, out, p->detail);
     if (err || count == 0) return err;
     bd_buf_upload(gpu, (*out)->vpls, 0, lights, count * BD_VPL_VEC4S * sizeof(struct bd_vec4));
     bd_buf_upload(gpu, (*out)->quads, 0, quads, count * BD_VPL_QUAD_VEC4S * sizeof(struct bd_vec4));
@@ -192,10 +192,10 @@ static enum bd_err write_patches(struct paths *p, const f3 *irradiance, uint32_t
         .slicer = p->context.slicer,
     };
     struct bd_light_patches patches;
-    enum bd_err err = bd_light_patches_init(&patches, &how, p->fault);
+    enum bd_err err = bd_light_patches_init(&patches, &how, p->detail);
     if (err) return err;
     err = upload_list(p, patches.lights, patches.quads, count, list);
-    if (!err && in->root_side > 0) err = make_tree(p->frame, in, &patches, paths, p->fault);
+    if (!err && in->root_side > 0) err = make_tree(p->frame, in, &patches, paths, p->detail);
     bd_light_patches_finish(&patches);
     return err;
 }
@@ -213,8 +213,8 @@ static enum bd_err write_vpls(struct paths *p, struct bd_light_paths *paths)
 
 static enum bd_err too_many(const struct paths *p, uint32_t photons)
 {
-    return bd_fault_set(p->fault, BD_ERR_LIMIT, "vpls", "vpls=%u; with a final gather at most %u",
-                        photons, BD_FIRST_VPLS_MAX);
+    return bd_err_set(p->detail, BD_ERR_LIMIT, "vpls", "vpls=%u; with a final gather at most %u",
+                      photons, BD_FIRST_VPLS_MAX);
 }
 
 static enum bd_err write_first(struct paths *p, struct bd_vpl_list **list)
@@ -239,8 +239,8 @@ static enum bd_err write_first(struct paths *p, struct bd_vpl_list **list)
     struct bd_vec4(*quads)[BD_VPL_QUAD_VEC4S] = malloc((count + 1) * sizeof *quads);
     enum bd_err err = BD_ERR_OK;
     if (!lights || !quads)
-        err = bd_fault_set(p->fault, BD_ERR_NO_MEMORY, "vpls", "no memory for %u photons", count);
-    if (!err) err = bd_first_vpls_run(&p->context, &how, lights, quads, p->fault);
+        err = bd_err_set(p->detail, BD_ERR_NO_MEMORY, "vpls", "no memory for %u photons", count);
+    if (!err) err = bd_first_vpls_run(&p->context, &how, lights, quads, p->detail);
     if (!err) err = upload_list(p, lights, quads, count, list);
     free(lights);
     free(quads);
@@ -256,9 +256,9 @@ static enum bd_err put_in_order(struct paths *p, const struct bd_vpl_list *first
     const uint32_t sky = paths->vpls ? 1 : 0;
     const float radius = (float)p->inputs->scene->space.radius;
     const enum bd_err err =
-        bd_vpl_order_run(&p->context, of_first, 1 + sky, radius, true, &paths->first, p->fault);
+        bd_vpl_order_run(&p->context, of_first, 1 + sky, radius, true, &paths->first, p->detail);
     if (err) return err;
-    return bd_vpl_order_run(&p->context, all, 2 + sky, radius, true, &paths->all, p->fault);
+    return bd_vpl_order_run(&p->context, all, 2 + sky, radius, true, &paths->all, p->detail);
 }
 
 static enum bd_err write_sets(struct paths *p, struct bd_light_paths *paths)
@@ -280,7 +280,7 @@ static enum bd_err keep_points(struct paths *p, struct bd_light_paths *paths)
     f3 *further = p->lit.further;
     p->lit.further = NULL;
     return bd_irradiance_points_create(&p->points, further, bd_slicer_pause, p->context.slicer,
-                                       &paths->further, p->fault);
+                                       &paths->further, p->detail);
 }
 
 static enum bd_err write_lists(struct paths *p, struct bd_light_paths *paths)
@@ -307,7 +307,7 @@ static enum bd_err walk(struct paths *p)
         .from_cd_m2 = p->sampling.from_cd_m2,
         .seed = p->inputs->walk_vpls > 0 ? bd_askers_seed(p->inputs->seed) : 0,
     };
-    return bd_light_walk_run(&p->context, &inputs, &p->lit, p->fault);
+    return bd_light_walk_run(&p->context, &inputs, &p->lit, p->detail);
 }
 
 static enum bd_err find_points(struct paths *p)
@@ -323,7 +323,7 @@ static enum bd_err find_points(struct paths *p)
 
 enum bd_err bd_light_paths_run(const struct bd_pass_context *context,
                                const struct bd_light_paths_inputs *inputs,
-                               struct bd_light_paths **out, struct bd_fault *fault)
+                               struct bd_light_paths **out, struct bd_err_detail *detail)
 {
     BD_ASSERT(inputs->count > 0 || inputs->walk_vpls > 0);
     BD_ASSERT(inputs->count <= BD_LIGHT_PATHS_MAX);
@@ -335,7 +335,7 @@ enum bd_err bd_light_paths_run(const struct bd_pass_context *context,
         .inputs = inputs,
         .sampling = inputs->lights ? bd_area_sampling_of(inputs->lights, 2 * RAYS_PER_POINT, 0)
                                    : (struct bd_area_sampling){0},
-        .fault = fault,
+        .detail = detail,
     };
     p.context.processor = &processor;
     // Of a final gather emitters' photons find what they light.

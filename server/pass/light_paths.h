@@ -75,7 +75,7 @@ struct bd_light_paths {
 BD_MUST_CHECK
 enum bd_err bd_light_paths_run(const struct bd_pass_context *context,
                                const struct bd_light_paths_inputs *inputs,
-                               struct bd_light_paths **out, struct bd_fault *fault);
+                               struct bd_light_paths **out, struct bd_err_detail *detail);
 void bd_light_paths_destroy(struct bd_gpu *gpu, struct bd_light_paths **paths);
 uint64_t bd_light_paths_bytes(const struct bd_light_paths *paths);
 

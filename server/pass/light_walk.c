@@ -64,7 +64,7 @@ struct walk {
     uint32_t *occluded;
     // Of all points: flux that arrived in this round; that is sent on in the next.
     f3 *arrived, *sent;
-    struct bd_fault *fault;
+    struct bd_err_detail *detail;
 };
 
 // --- a round's photons --------------------------------------------------------------------------
@@ -154,7 +154,7 @@ static enum bd_err ask_takers(struct walk *w, uint32_t takers_most)
     if (!err)
         err = bd_visibility_ask(&w->context, &w->inputs->visibility, w->segments,
                                 (size_t)groups * BD_LANES * takers_most, w->occluded, &traced,
-                                w->fault);
+                                w->detail);
     if (err) return err;
     uint32_t left = 0;
     for (uint32_t slot = 0; slot < w->sought_count; slot++) {
@@ -209,7 +209,7 @@ static enum bd_err let_fly(struct walk *w)
 {
     struct bd_ray_counts traced = {0};
     enum bd_err err = bd_nearest_ask(&w->context, &w->inputs->visibility, w->rays, w->at_once,
-                                     w->met, &traced, w->fault);
+                                     w->met, &traced, w->detail);
     if (!err) err = find_who_takes(w);
     if (!err) give(w);
     w->at_once = 0;
@@ -380,7 +380,7 @@ static enum bd_err plant_tree(struct walk *w)
     bd_slicer_work(w->context.slicer, "point tree");
     w->in_tree = count;
     return bd_point_tree_init(&w->tree, w->inputs->points, bd_slicer_pause, w->context.slicer,
-                              w->fault);
+                              w->detail);
 }
 
 static enum bd_err walk_on(struct walk *w, struct bd_lit_points *lit)
@@ -433,14 +433,14 @@ static enum bd_err make_room(struct walk *w, struct bd_lit_points *lit)
     if (w->rays && w->photons && w->met && w->taken_by && w->sought && w->segments && w->occluded &&
         w->arrived && w->sent && grow(w, lit))
         return BD_ERR_OK;
-    return bd_fault_set(w->fault, BD_ERR_NO_MEMORY, "indirect_bounces", "no memory for photons");
+    return bd_err_set(w->detail, BD_ERR_NO_MEMORY, "indirect_bounces", "no memory for photons");
 }
 
 enum bd_err bd_light_walk_run(const struct bd_pass_context *context,
                               const struct bd_light_walk_inputs *inputs, struct bd_lit_points *lit,
-                              struct bd_fault *fault)
+                              struct bd_err_detail *detail)
 {
-    struct walk w = {.context = *context, .inputs = inputs, .fault = fault};
+    struct walk w = {.context = *context, .inputs = inputs, .detail = detail};
     bd_surface_hits_init(&w.hits, inputs->snapshot);
     enum bd_err err = make_room(&w, lit);
     if (!err) err = walk_on(&w, lit);

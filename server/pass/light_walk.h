@@ -55,6 +55,6 @@ struct bd_lit_points {
 BD_MUST_CHECK
 enum bd_err bd_light_walk_run(const struct bd_pass_context *context,
                               const struct bd_light_walk_inputs *inputs, struct bd_lit_points *lit,
-                              struct bd_fault *fault);
+                              struct bd_err_detail *detail);
 
 #endif

@@ -7,7 +7,8 @@
 #include "pass/kernels.h"
 
 static enum bd_err create_cleared(struct bd_gpu *gpu, const char *name, uint32_t width_px,
-                                  uint32_t height_px, struct bd_tex **out, struct bd_fault *fault)
+                                  uint32_t height_px, struct bd_tex **out,
+                                  struct bd_err_detail *detail)
 {
     static const float no_data[4];
     const struct bd_tex_desc desc = {
@@ -16,33 +17,33 @@ static enum bd_err create_cleared(struct bd_gpu *gpu, const char *name, uint32_t
         .width_px = width_px,
         .height_px = height_px,
     };
-    enum bd_err err = bd_tex_create(gpu, &desc, out, fault);
+    enum bd_err err = bd_tex_create(gpu, &desc, out, detail);
     if (!err) bd_tex_clear(gpu, *out, no_data);
     return err;
 }
 
 static enum bd_err create_all(struct bd_gpu *gpu, enum bd_light_vectors vectors,
-                              struct bd_multires_light *light, struct bd_fault *fault)
+                              struct bd_multires_light *light, struct bd_err_detail *detail)
 {
     uint32_t width = light->layout.size_px.x, height = light->layout.size_px.y, wide, high;
     bd_multires_stack_size(&light->layout, &wide, &high);
-    enum bd_err err = create_cleared(gpu, "light of pixels", width, height, &light->fine, fault);
-    if (!err) err = create_cleared(gpu, "light of blocks", wide, high, &light->coarse, fault);
+    enum bd_err err = create_cleared(gpu, "light of pixels", width, height, &light->fine, detail);
+    if (!err) err = create_cleared(gpu, "light of blocks", wide, high, &light->coarse, detail);
     if (!err && vectors != BD_LIGHT_VECTORS_NONE)
-        err = create_cleared(gpu, "vector of blocks", wide, high, &light->coarse_vector, fault);
+        err = create_cleared(gpu, "vector of blocks", wide, high, &light->coarse_vector, detail);
     if (!err && vectors == BD_LIGHT_VECTORS_ALL)
-        err = create_cleared(gpu, "vector of pixels", width, height, &light->fine_vector, fault);
+        err = create_cleared(gpu, "vector of pixels", width, height, &light->fine_vector, detail);
     return err;
 }
 
 enum bd_err bd_multires_light_create(struct bd_gpu *gpu, const struct bd_multires_layout *layout,
                                      enum bd_light_vectors vectors, struct bd_multires_light **out,
-                                     struct bd_fault *fault)
+                                     struct bd_err_detail *detail)
 {
     struct bd_multires_light *light = calloc(1, sizeof *light);
     BD_ASSERT(light);
     light->layout = *layout;
-    enum bd_err err = create_all(gpu, vectors, light, fault);
+    enum bd_err err = create_all(gpu, vectors, light, detail);
     if (err) {
         bd_multires_light_destroy(gpu, &light);
         return err;
@@ -52,14 +53,14 @@ enum bd_err bd_multires_light_create(struct bd_gpu *gpu, const struct bd_multire
 }
 
 enum bd_err bd_multires_light_add_noise(struct bd_gpu *gpu, struct bd_multires_light *light,
-                                        struct bd_fault *fault)
+                                        struct bd_err_detail *detail)
 {
     uint32_t wide, high;
     bd_multires_stack_size(&light->layout, &wide, &high);
     enum bd_err err = create_cleared(gpu, "noise of pixels", light->layout.size_px.x,
-                                     light->layout.size_px.y, &light->fine_noise, fault);
+                                     light->layout.size_px.y, &light->fine_noise, detail);
     return err ? err
-               : create_cleared(gpu, "noise of blocks", wide, high, &light->coarse_noise, fault);
+               : create_cleared(gpu, "noise of blocks", wide, high, &light->coarse_noise, detail);
 }
 
 void bd_multires_light_bind(const void *light, struct bd_bindings *bindings)

@@ -27,21 +27,21 @@ static void copy_lane(const struct bd_receivers *receivers,
 }
 
 static enum bd_err make_room(struct bd_glossy_groups *groups, uint32_t count,
-                             struct bd_fault *fault)
+                             struct bd_err_detail *detail)
 {
     if (count <= groups->room) return BD_ERR_OK;
     free(groups->groups);
     groups->groups = malloc(count * sizeof *groups->groups);
     groups->room = groups->groups ? count : 0;
     if (groups->groups) return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_NO_MEMORY, "size",
-                        "no memory for %u groups of glossy receivers", count);
+    return bd_err_set(detail, BD_ERR_NO_MEMORY, "size",
+                      "no memory for %u groups of glossy receivers", count);
 }
 
 enum bd_err bd_glossy_groups_of(const struct bd_receiver_part *part, struct bd_glossy_groups *out,
-                                struct bd_fault *fault)
+                                struct bd_err_detail *detail)
 {
-    enum bd_err err = make_room(out, part->group_count, fault);
+    enum bd_err err = make_room(out, part->group_count, detail);
     out->count = 0;
     if (err) return err;
     uint32_t count = 0;

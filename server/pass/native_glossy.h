@@ -24,7 +24,7 @@ struct bd_glossy_groups {
 // Those of a part, in its order. The first part is the largest.
 BD_MUST_CHECK
 enum bd_err bd_glossy_groups_of(const struct bd_receiver_part *part, struct bd_glossy_groups *out,
-                                struct bd_fault *fault);
+                                struct bd_err_detail *detail);
 // Their light, where the part keeps it.
 void bd_glossy_groups_keep(const struct bd_glossy_groups *groups,
                            const struct bd_receiver_part *part);

@@ -11,7 +11,7 @@
 BD_MUST_CHECK
 enum bd_err bd_native_lists_borrow(struct bd_gpu *gpu, const struct bd_vpl_list *const *lists,
                                    uint32_t count, struct bd_native_vpls **out,
-                                   struct bd_fault *fault);
+                                   struct bd_err_detail *detail);
 void bd_native_lists_return(struct bd_gpu *gpu, const struct bd_vpl_list *const *lists,
                             uint32_t count, struct bd_native_vpls **borrowed);
 

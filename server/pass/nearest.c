@@ -29,10 +29,10 @@ static enum bd_err ask_processor(const struct bd_pass_context *context,
 static enum bd_err ask_part(const struct bd_pass_context *context,
                             const struct bd_ray_walks_inputs *walk, struct bd_ray_walks *walks,
                             const struct bd_ray *rays, struct bd_ray_hit *hits,
-                            struct bd_ray_counts *traced, struct bd_fault *fault)
+                            struct bd_ray_counts *traced, struct bd_err_detail *detail)
 {
     bd_buf_upload(context->gpu, walk->asked, 0, rays, walk->count * sizeof *rays);
-    enum bd_err err = bd_ray_walks_run(context, walk, walks, traced, fault);
+    enum bd_err err = bd_ray_walks_run(context, walk, walks, traced, detail);
     if (!err) err = bd_buf_read(context->gpu, walk->answers, 0, hits, walk->count * sizeof *hits);
     return err;
 }
@@ -40,7 +40,7 @@ static enum bd_err ask_part(const struct bd_pass_context *context,
 static enum bd_err ask_device(const struct bd_pass_context *context,
                               const struct bd_visibility_inputs *inputs, const struct bd_ray *rays,
                               size_t count, struct bd_ray_hit *hits, struct bd_ray_counts *traced,
-                              struct bd_fault *fault)
+                              struct bd_err_detail *detail)
 {
     struct bd_gpu *gpu = context->gpu;
     struct bd_ray_walks walks = {0};
@@ -49,12 +49,13 @@ static enum bd_err ask_device(const struct bd_pass_context *context,
                                        .alpha = inputs->alpha,
                                        .count_max = count < AT_ONCE ? count : AT_ONCE};
     enum bd_err err =
-        bd_buf_create_unset(gpu, "rays", walk.count_max * sizeof *rays, &walk.asked, fault);
+        bd_buf_create_unset(gpu, "rays", walk.count_max * sizeof *rays, &walk.asked, detail);
     if (!err)
-        err = bd_buf_create_unset(gpu, "hits", walk.count_max * sizeof *hits, &walk.answers, fault);
+        err =
+            bd_buf_create_unset(gpu, "hits", walk.count_max * sizeof *hits, &walk.answers, detail);
     for (size_t at = 0; !err && at < count; at += walk.count) {
         walk.count = count - at < AT_ONCE ? count - at : AT_ONCE;
-        err = ask_part(context, &walk, &walks, rays + at, hits + at, traced, fault);
+        err = ask_part(context, &walk, &walks, rays + at, hits + at, traced, detail);
     }
     bd_ray_walks_finish(gpu, &walks);
     bd_buf_destroy(gpu, &walk.asked);
@@ -65,9 +66,9 @@ static enum bd_err ask_device(const struct bd_pass_context *context,
 enum bd_err bd_nearest_ask(const struct bd_pass_context *context,
                            const struct bd_visibility_inputs *inputs, const struct bd_ray *rays,
                            size_t count, struct bd_ray_hit *hits, struct bd_ray_counts *traced,
-                           struct bd_fault *fault)
+                           struct bd_err_detail *detail)
 {
     if (count == 0) return BD_ERR_OK;
     return inputs->occluders->rays ? ask_processor(context, inputs, rays, count, hits, traced)
-                                   : ask_device(context, inputs, rays, count, hits, traced, fault);
+                                   : ask_device(context, inputs, rays, count, hits, traced, detail);
 }

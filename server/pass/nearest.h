@@ -17,6 +17,6 @@ BD_MUST_CHECK
 enum bd_err bd_nearest_ask(const struct bd_pass_context *context,
                            const struct bd_visibility_inputs *inputs, const struct bd_ray *rays,
                            size_t count, struct bd_ray_hit *hits, struct bd_ray_counts *traced,
-                           struct bd_fault *fault);
+                           struct bd_err_detail *detail);
 
 #endif

@@ -30,9 +30,9 @@ struct bd_occluders *bd_occluders_of_rays(struct bd_rays **rays)
 // A buffer even of nothing.
 static enum bd_err upload(const struct bd_pass_context *context, const char *name,
                           const void *bytes, size_t size, struct bd_buf **out,
-                          struct bd_fault *fault)
+                          struct bd_err_detail *detail)
 {
-    enum bd_err err = bd_buf_create_unset(context->gpu, name, size ? size : 16, out, fault);
+    enum bd_err err = bd_buf_create_unset(context->gpu, name, size ? size : 16, out, detail);
     for (size_t at = 0, part; !err && at < size; at += part) {
         part = size - at < UPLOAD_BYTES ? size - at : UPLOAD_BYTES;
         bd_buf_upload(context->gpu, *out, at, (const char *)bytes + at, part);
@@ -43,24 +43,24 @@ static enum bd_err upload(const struct bd_pass_context *context, const char *nam
 
 enum bd_err bd_occluders_upload(const struct bd_pass_context *context,
                                 const struct bd_ray_nodes *nodes, struct bd_occluders **out,
-                                struct bd_fault *fault)
+                                struct bd_err_detail *detail)
 {
     struct bd_occluders *occluders = *out = create();
     occluders->node_count = nodes->node_count;
     occluders->cutout_triangles = nodes->cutout_triangles;
     bd_slicer_work(context->slicer, "upload of nodes");
     enum bd_err err = upload(context, "ray nodes", nodes->nodes,
-                             nodes->node_count * sizeof *nodes->nodes, &occluders->nodes, fault);
+                             nodes->node_count * sizeof *nodes->nodes, &occluders->nodes, detail);
     if (!err)
         err =
             upload(context, "ray triangles", nodes->triangles,
-                   nodes->triangle_count * sizeof *nodes->triangles, &occluders->triangles, fault);
+                   nodes->triangle_count * sizeof *nodes->triangles, &occluders->triangles, detail);
     if (!err && nodes->cutouts)
         err = upload(context, "ray cutouts", nodes->cutouts,
-                     nodes->cutout_count * sizeof *nodes->cutouts, &occluders->cutouts, fault);
+                     nodes->cutout_count * sizeof *nodes->cutouts, &occluders->cutouts, detail);
     if (!err && nodes->cutouts)
         err = upload(context, "ray texels", nodes->texels,
-                     nodes->texel_word_count * sizeof *nodes->texels, &occluders->texels, fault);
+                     nodes->texel_word_count * sizeof *nodes->texels, &occluders->texels, detail);
     if (err) bd_occluders_destroy(context->gpu, out);
     return err;
 }

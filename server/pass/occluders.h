@@ -32,7 +32,7 @@ struct bd_occluders *bd_occluders_of_rays(struct bd_rays **rays);
 BD_MUST_CHECK
 enum bd_err bd_occluders_upload(const struct bd_pass_context *context,
                                 const struct bd_ray_nodes *nodes, struct bd_occluders **out,
-                                struct bd_fault *fault);
+                                struct bd_err_detail *detail);
 void bd_occluders_destroy(struct bd_gpu *gpu, struct bd_occluders **occluders);
 uint64_t bd_occluders_bytes(const struct bd_occluders *occluders);
 

@@ -29,14 +29,14 @@ size_t bd_rays_of_slice(const struct bd_slicer *slicer, size_t left)
 }
 
 static enum bd_err make_room(struct bd_gpu *gpu, size_t count_max, struct bd_ray_walks *walks,
-                             struct bd_fault *fault)
+                             struct bd_err_detail *detail)
 {
     if (walks->counts) return BD_ERR_OK;
     enum bd_err err = bd_buf_create_unset(gpu, "places of walks", count_max * sizeof(uint32_t),
-                                          &walks->places, fault);
+                                          &walks->places, detail);
     if (!err)
         err = bd_buf_create_unset(gpu, "counts of walks", BD_RAY_COUNTS * sizeof(uint32_t),
-                                  &walks->counts, fault);
+                                  &walks->counts, detail);
     return err;
 }
 
@@ -97,14 +97,14 @@ static enum bd_err walk_all(const struct bd_pass_context *context, const struct 
 
 enum bd_err bd_ray_walks_run(const struct bd_pass_context *context,
                              const struct bd_ray_walks_inputs *inputs, struct bd_ray_walks *walks,
-                             struct bd_ray_counts *traced, struct bd_fault *fault)
+                             struct bd_ray_counts *traced, struct bd_err_detail *detail)
 {
     const struct row *row = &rows[inputs->question];
     const struct bd_program *program;
     struct bd_defines defines = {0};
     if (inputs->occluders->cutouts) bd_define(&defines, "BD_CUTOUT", 1);
-    enum bd_err err = bd_compute_get(context->gpu, row->program, &defines, &program, fault);
-    if (!err) err = make_room(context->gpu, inputs->count_max, walks, fault);
+    enum bd_err err = bd_compute_get(context->gpu, row->program, &defines, &program, detail);
+    if (!err) err = make_room(context->gpu, inputs->count_max, walks, detail);
     uint32_t counts[BD_RAY_COUNTS] = {[BD_RAY_COUNT_UNFINISHED] = 1};
     for (bool begins = true; !err && counts[BD_RAY_COUNT_UNFINISHED] > 0; begins = false) {
         bd_slicer_work(context->slicer, begins ? row->begins : row->goes_on);

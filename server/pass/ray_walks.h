@@ -42,7 +42,7 @@ struct bd_ray_walks_inputs {
 BD_MUST_CHECK
 enum bd_err bd_ray_walks_run(const struct bd_pass_context *context,
                              const struct bd_ray_walks_inputs *inputs, struct bd_ray_walks *walks,
-                             struct bd_ray_counts *traced, struct bd_fault *fault);
+                             struct bd_ray_counts *traced, struct bd_err_detail *detail);
 void bd_ray_walks_finish(struct bd_gpu *gpu, struct bd_ray_walks *walks);
 
 // Segments or rays of the next slice of their kind: all that are left, or a multiple of 64.

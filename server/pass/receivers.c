@@ -27,7 +27,7 @@ struct receivers {
 
 // --- room ---------------------------------------------------------------------------------------
 
-static enum bd_err get_programs(struct receivers *r, struct bd_fault *fault)
+static enum bd_err get_programs(struct receivers *r, struct bd_err_detail *detail)
 {
     struct bd_defines defines = {0};
     struct bd_gpu *gpu = r->context->gpu;
@@ -39,8 +39,8 @@ static enum bd_err get_programs(struct receivers *r, struct bd_fault *fault)
     if (r->inputs->noise) bd_define(&store, "BD_NOISE", 1);
     if (r->inputs->adds) bd_define(&store, "BD_ADDS", 1);
     enum bd_err err =
-        bd_compute_get(gpu, "pass/receivers/receivers.comp", &write, &r->write, fault);
-    return err ? err : bd_compute_get(gpu, "pass/receivers/light.comp", &store, &r->store, fault);
+        bd_compute_get(gpu, "pass/receivers/receivers.comp", &write, &r->write, detail);
+    return err ? err : bd_compute_get(gpu, "pass/receivers/light.comp", &store, &r->store, detail);
 }
 
 static uint32_t groups_of(uint64_t receivers)
@@ -67,21 +67,21 @@ static uint32_t groups_at_once(const struct bd_receivers_inputs *inputs)
 
 // Here, and but for points on the device: of all groups.
 static enum bd_err make_both(const struct receivers *r, const char *name, size_t group_bytes,
-                             struct bd_buf **buf, void **copy, struct bd_fault *fault)
+                             struct bd_buf **buf, void **copy, struct bd_err_detail *detail)
 {
     const size_t bytes = r->groups_max * group_bytes;
     *copy = malloc(bytes);
     if (!*copy)
-        return bd_fault_set(fault, BD_ERR_NO_MEMORY, "size", "no memory for %u groups of %s",
-                            r->groups_max, name);
+        return bd_err_set(detail, BD_ERR_NO_MEMORY, "size", "no memory for %u groups of %s",
+                          r->groups_max, name);
     if (r->inputs->points) return BD_ERR_OK;
-    return bd_buf_create_unset(r->context->gpu, name, bytes, buf, fault);
+    return bd_buf_create_unset(r->context->gpu, name, bytes, buf, detail);
 }
 
 #define MAKE(name, field)                                                                          \
-    make_both(r, name, sizeof *r->part.field, &r->field, (void **)&r->part.field, fault)
+    make_both(r, name, sizeof *r->part.field, &r->field, (void **)&r->part.field, detail)
 
-static enum bd_err make_room(struct receivers *r, struct bd_fault *fault)
+static enum bd_err make_room(struct receivers *r, struct bd_err_detail *detail)
 {
     r->groups_max = groups_at_once(r->inputs);
     enum bd_err err = MAKE("receivers", receivers);
@@ -103,7 +103,7 @@ static void free_room(struct receivers *r)
     }
 }
 
-static enum bd_err put_in_order(struct receivers *r, struct bd_fault *fault)
+static enum bd_err put_in_order(struct receivers *r, struct bd_err_detail *detail)
 {
     struct bd_gpu *gpu = r->context->gpu;
     const uint32_t count = r->in_order.count;
@@ -111,19 +111,19 @@ static enum bd_err put_in_order(struct receivers *r, struct bd_fault *fault)
     uint64_t *spare = malloc(count * sizeof *spare);
     enum bd_err err = BD_ERR_OK;
     if (!list || !spare)
-        err = bd_fault_set(fault, BD_ERR_NO_MEMORY, "size", "no memory for %u fragments", count);
+        err = bd_err_set(detail, BD_ERR_NO_MEMORY, "size", "no memory for %u fragments", count);
     if (!err) err = bd_buf_read(gpu, r->in_order.list, 0, list, count * sizeof *list);
     r->in_order.list = NULL;
     if (!err) bd_fragment_order(list, spare, count);
     if (!err)
         err = bd_buf_create(gpu, "fragments in order", count * sizeof *list, list,
-                            &r->in_order.list, fault);
+                            &r->in_order.list, detail);
     free(list);
     free(spare);
     return err;
 }
 
-static enum bd_err set_askers(struct receivers *r, struct bd_fault *fault)
+static enum bd_err set_askers(struct receivers *r, struct bd_err_detail *detail)
 {
     if (r->inputs->points) return BD_ERR_OK;
     r->askers = r->inputs->askers;
@@ -131,7 +131,7 @@ static enum bd_err set_askers(struct receivers *r, struct bd_fault *fault)
     if (!r->askers.fragments) return BD_ERR_OK;
     r->in_order = *r->askers.fragments;
     r->askers.fragments = &r->in_order;
-    return put_in_order(r, fault);
+    return put_in_order(r, detail);
 }
 
 // --- a part -------------------------------------------------------------------------------------
@@ -267,14 +267,14 @@ static bool next_part(struct receivers *r)
 }
 
 enum bd_err bd_receivers_run(const struct bd_pass_context *context,
-                             const struct bd_receivers_inputs *inputs, struct bd_fault *fault)
+                             const struct bd_receivers_inputs *inputs, struct bd_err_detail *detail)
 {
     struct receivers r = {.context = context, .inputs = inputs};
     if (receiver_count(inputs) == 0) return BD_ERR_OK;
     if (inputs->pass) bd_gpu_pass_begin(context->gpu, inputs->pass);
-    enum bd_err err = set_askers(&r, fault);
-    if (!err && !inputs->points) err = get_programs(&r, fault);
-    if (!err) err = make_room(&r, fault);
+    enum bd_err err = set_askers(&r, detail);
+    if (!err && !inputs->points) err = get_programs(&r, detail);
+    if (!err) err = make_room(&r, detail);
     while (!err && next_part(&r)) err = light_part(&r);
     if (inputs->pass) bd_gpu_pass_end(context->gpu);
     bd_buf_destroy(context->gpu, &r.in_order.list);

@@ -52,7 +52,8 @@ void bd_receivers_keep(const struct bd_receiver_part *part, f3 *irradiance);
 // All of them, a part after the other.
 BD_MUST_CHECK
 enum bd_err bd_receivers_run(const struct bd_pass_context *context,
-                             const struct bd_receivers_inputs *inputs, struct bd_fault *fault);
+                             const struct bd_receivers_inputs *inputs,
+                             struct bd_err_detail *detail);
 
 // Evaluations of VPLs, or nodes that are looked at, that a lane takes in one turn of the pool at
 // most: a group's are milliseconds.

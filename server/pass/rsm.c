@@ -8,7 +8,7 @@
 
 static enum bd_err create_array(struct bd_gpu *gpu, const char *name, enum bd_format format,
                                 uint32_t side_px, uint32_t layer_count, struct bd_tex **out,
-                                struct bd_fault *fault)
+                                struct bd_err_detail *detail)
 {
     const struct bd_tex_desc desc = {
         .name = name,
@@ -17,28 +17,30 @@ static enum bd_err create_array(struct bd_gpu *gpu, const char *name, enum bd_fo
         .height_px = side_px,
         .layer_count = layer_count,
     };
-    return bd_tex_create(gpu, &desc, out, fault);
+    return bd_tex_create(gpu, &desc, out, detail);
 }
 
-static enum bd_err create_textures(struct bd_gpu *gpu, struct bd_rsm *rsm, struct bd_fault *fault)
+static enum bd_err create_textures(struct bd_gpu *gpu, struct bd_rsm *rsm,
+                                   struct bd_err_detail *detail)
 {
     uint32_t side = rsm->side_px, faces = rsm->face_count;
     enum bd_err err =
-        create_array(gpu, "rsm position", BD_FORMAT_RGBA32F, side, faces, &rsm->position, fault);
+        create_array(gpu, "rsm position", BD_FORMAT_RGBA32F, side, faces, &rsm->position, detail);
     if (!err)
-        err = create_array(gpu, "rsm normals", BD_FORMAT_RG32UI, side, faces, &rsm->normals, fault);
+        err =
+            create_array(gpu, "rsm normals", BD_FORMAT_RG32UI, side, faces, &rsm->normals, detail);
     if (!err)
-        err = create_array(gpu, "rsm albedo", BD_FORMAT_RGBA16, side, faces, &rsm->albedo, fault);
+        err = create_array(gpu, "rsm albedo", BD_FORMAT_RGBA16, side, faces, &rsm->albedo, detail);
     return err;
 }
 
 // --- weights --------------------------------------------------------------------------------
 
 static enum bd_err upload_weights(struct bd_gpu *gpu, const struct bd_rsm_weights *weights,
-                                  struct bd_tex **out, struct bd_fault *fault)
+                                  struct bd_tex **out, struct bd_err_detail *detail)
 {
     enum bd_err err = create_array(gpu, "rsm weight", BD_FORMAT_RG32F, weights->side_px,
-                                   weights->layer_count, out, fault);
+                                   weights->layer_count, out, detail);
     size_t layer_floats = (size_t)weights->side_px * weights->side_px * 2;
     for (uint32_t layer = 0; !err && layer < weights->layer_count; layer++)
         bd_tex_upload(gpu, *out, layer, weights->values + layer_floats * layer,
@@ -48,7 +50,7 @@ static enum bd_err upload_weights(struct bd_gpu *gpu, const struct bd_rsm_weight
 
 enum bd_err bd_rsm_weight_map_create(const struct bd_pass_context *context,
                                      const struct bd_rsm_inputs *inputs,
-                                     struct bd_rsm_weight_map **out, struct bd_fault *fault)
+                                     struct bd_rsm_weight_map **out, struct bd_err_detail *detail)
 {
     struct bd_gpu *gpu = context->gpu;
     struct bd_rsm_weights weights;
@@ -60,7 +62,7 @@ enum bd_err bd_rsm_weight_map_create(const struct bd_pass_context *context,
     struct bd_rsm_weight_map *map = calloc(1, sizeof *map);
     BD_ASSERT(map);
     *map = (struct bd_rsm_weight_map){.layer_count = weights.layer_count, .owner_count = 1};
-    err = upload_weights(gpu, &weights, &map->tex, fault);
+    err = upload_weights(gpu, &weights, &map->tex, detail);
     bd_rsm_weights_destroy(&weights);
     if (err) bd_rsm_weight_map_release(gpu, &map);
     *out = map;
@@ -78,9 +80,9 @@ void bd_rsm_weight_map_release(struct bd_gpu *gpu, struct bd_rsm_weight_map **ma
 
 static enum bd_err take_weights(const struct bd_pass_context *context,
                                 const struct bd_rsm_inputs *inputs, struct bd_rsm *rsm,
-                                struct bd_fault *fault)
+                                struct bd_err_detail *detail)
 {
-    if (!inputs->weights) return bd_rsm_weight_map_create(context, inputs, &rsm->weights, fault);
+    if (!inputs->weights) return bd_rsm_weight_map_create(context, inputs, &rsm->weights, detail);
     rsm->weights = inputs->weights;
     rsm->weights->owner_count++;
     return BD_ERR_OK;
@@ -90,7 +92,7 @@ static enum bd_err take_weights(const struct bd_pass_context *context,
 
 static enum bd_err draw_face(const struct bd_pass_context *context,
                              const struct bd_rsm_inputs *inputs, struct bd_rsm *rsm,
-                             struct bd_tex *depth, uint32_t face, struct bd_fault *fault)
+                             struct bd_tex *depth, uint32_t face, struct bd_err_detail *detail)
 {
     const struct bd_viewpoint viewpoint =
         bd_light_setup_viewpoint(inputs->light, face, inputs->side_px);
@@ -107,13 +109,13 @@ static enum bd_err draw_face(const struct bd_pass_context *context,
         .depth = {depth, 0},
     };
     bd_gpu_target_begin(context->gpu, &target);
-    enum bd_err err = bd_scene_draws_record(context->gpu, &draws, context->slicer, fault);
+    enum bd_err err = bd_scene_draws_record(context->gpu, &draws, context->slicer, detail);
     bd_gpu_target_end(context->gpu);
     return err;
 }
 
 enum bd_err bd_rsm_render(const struct bd_pass_context *context, const struct bd_rsm_inputs *inputs,
-                          struct bd_rsm **out, struct bd_fault *fault)
+                          struct bd_rsm **out, struct bd_err_detail *detail)
 {
     struct bd_rsm *rsm = calloc(1, sizeof *rsm);
     BD_ASSERT(rsm);
@@ -126,11 +128,11 @@ enum bd_err bd_rsm_render(const struct bd_pass_context *context, const struct bd
         .height_px = inputs->side_px,
     };
     struct bd_tex *depth = NULL;
-    enum bd_err err = create_textures(context->gpu, rsm, fault);
-    if (!err) err = take_weights(context, inputs, rsm, fault);
-    if (!err) err = bd_tex_create(context->gpu, &depth_desc, &depth, fault);
+    enum bd_err err = create_textures(context->gpu, rsm, detail);
+    if (!err) err = take_weights(context, inputs, rsm, detail);
+    if (!err) err = bd_tex_create(context->gpu, &depth_desc, &depth, detail);
     for (uint32_t face = 0; !err && face < rsm->face_count; face++)
-        err = draw_face(context, inputs, rsm, depth, face, fault);
+        err = draw_face(context, inputs, rsm, depth, face, detail);
     bd_tex_destroy(context->gpu, &depth);
     if (err) {
         bd_rsm_destroy(context->gpu, &rsm);

@@ -43,13 +43,13 @@ struct bd_rsm {
 BD_MUST_CHECK
 enum bd_err bd_rsm_weight_map_create(const struct bd_pass_context *context,
                                      const struct bd_rsm_inputs *inputs,
-                                     struct bd_rsm_weight_map **out, struct bd_fault *fault);
+                                     struct bd_rsm_weight_map **out, struct bd_err_detail *detail);
 // Nulls; takes NULL. The last owner's release frees it.
 void bd_rsm_weight_map_release(struct bd_gpu *gpu, struct bd_rsm_weight_map **map);
 
 BD_MUST_CHECK
 enum bd_err bd_rsm_render(const struct bd_pass_context *context, const struct bd_rsm_inputs *inputs,
-                          struct bd_rsm **out, struct bd_fault *fault);
+                          struct bd_rsm **out, struct bd_err_detail *detail);
 void bd_rsm_destroy(struct bd_gpu *gpu, struct bd_rsm **rsm);
 // Without its weights, which it may share.
 uint64_t bd_rsm_bytes(const struct bd_rsm *rsm);

@@ -80,7 +80,7 @@ static void set_triangles(const struct seen_scene *seen, const struct bd_scene_s
 
 static enum bd_err record_part(struct bd_gpu *gpu, const struct bd_scene_draws *draws,
                                const struct seen_scene *seen, const struct bd_scene_span *span,
-                               const struct bd_scene_part *part, struct bd_fault *fault)
+                               const struct bd_scene_part *part, struct bd_err_detail *detail)
 {
     const struct bd_scene_draw *draw = &draws->scene->draws[span->run];
     struct bd_program_source source = {
@@ -96,7 +96,7 @@ static enum bd_err record_part(struct bd_gpu *gpu, const struct bd_scene_draws *
         .mirrored = draw->run->mirrored,
     };
     if (span->is_listed) bd_define(&source.defines, "BD_TRIANGLE_LIST", 1);
-    enum bd_err err = bd_program_get(gpu, &source, (struct bd_program **)&call.program, fault);
+    enum bd_err err = bd_program_get(gpu, &source, (struct bd_program **)&call.program, detail);
     if (err) return err;
     set_triangles(seen, span, draw, span->first_triangle + part->first_triangle, &call, &material);
     if (draws->cull_single_sided && !draw->material->double_sided) call.cull = BD_CULL_BACK;
@@ -193,7 +193,7 @@ static double part_triangles_max(const struct band *band)
 
 static enum bd_err record_band(struct bd_gpu *gpu, const struct bd_scene_draws *draws,
                                const struct seen_scene *seen, uint32_t rows,
-                               struct bd_slicer *slicer, struct bd_fault *fault)
+                               struct bd_slicer *slicer, struct bd_err_detail *detail)
 {
     struct band band = begin_band(draws, &seen->spans, rows, slicer);
     for (uint32_t s = 0; s < seen->spans.count; s++) {
@@ -201,7 +201,7 @@ static enum bd_err record_band(struct bd_gpu *gpu, const struct bd_scene_draws *
         struct bd_scene_part part = {0};
         while (bd_scene_part_next(span->triangle_count, span->instance_count,
                                   part_triangles_max(&band), &part)) {
-            enum bd_err err = record_part(gpu, draws, seen, span, &part, fault);
+            enum bd_err err = record_part(gpu, draws, seen, span, &part, detail);
             band.triangles += part_triangles(&part);
             band.units += triangle_units(part_triangles(&part)) * band.units_per_unit;
             if (!err && is_slice_full(&band)) err = end_slice(&band);
@@ -233,45 +233,47 @@ static bool is_worth_sieving(struct bd_gpu *gpu, const struct bd_scene_draws *dr
 }
 
 static enum bd_err sieve(struct bd_gpu *gpu, const struct bd_scene_draws *draws,
-                         struct bd_slicer *slicer, struct seen_scene *to, struct bd_fault *fault)
+                         struct bd_slicer *slicer, struct seen_scene *to,
+                         struct bd_err_detail *detail)
 {
     enum bd_err err = bd_scene_spans_sieve(&to->spans, draws->scene, draws->viewpoint, &to->seen,
                                            bd_slicer_pause, slicer);
     const size_t count = to->spans.listed, vec4s = (count + 3) / 4;
     if (err || count == 0) return err;
     err = bd_buf_create(gpu, "listed indices", 3 * count * sizeof *to->spans.index, to->spans.index,
-                        &to->list_indices, fault);
+                        &to->list_indices, detail);
     if (err) return err;
     return bd_buf_create(gpu, "listed triangles", 4 * vec4s * sizeof *to->spans.number,
-                         to->spans.number, &to->list, fault);
+                         to->spans.number, &to->list, detail);
 }
 
 static enum bd_err look(struct bd_gpu *gpu, const struct bd_scene_draws *draws,
-                        struct bd_slicer *slicer, struct seen_scene *to, struct bd_fault *fault)
+                        struct bd_slicer *slicer, struct seen_scene *to,
+                        struct bd_err_detail *detail)
 {
     to->view = bd_viewpoint_uniform(draws->viewpoint, &draws->scene->space);
     enum bd_err err = bd_seen_init(&to->seen, gpu, draws->scene, draws->viewpoint, bd_slicer_pause,
-                                   slicer, fault);
+                                   slicer, detail);
     if (err) return err;
     err = bd_scene_spans_init(&to->spans, draws->scene, draws->viewpoint, &to->seen,
                               bd_slicer_pause, slicer);
     if (err || !is_worth_sieving(gpu, draws, &to->spans)) return err;
-    return sieve(gpu, draws, slicer, to, fault);
+    return sieve(gpu, draws, slicer, to, detail);
 }
 
 enum bd_err bd_scene_draws_record(struct bd_gpu *gpu, const struct bd_scene_draws *draws,
-                                  struct bd_slicer *slicer, struct bd_fault *fault)
+                                  struct bd_slicer *slicer, struct bd_err_detail *detail)
 {
     const uint32_t height = draws->viewpoint->height_px;
     struct seen_scene seen = {0};
-    if (draws->tracer) return bd_scene_points_record(gpu, draws, slicer, fault);
+    if (draws->tracer) return bd_scene_points_record(gpu, draws, slicer, detail);
     bd_slicer_work(slicer, draws->surface ? "draws surface" : "draws ids");
-    enum bd_err err = look(gpu, draws, slicer, &seen, fault);
+    enum bd_err err = look(gpu, draws, slicer, &seen, detail);
     // Of a view of nothing the target's clearing is all.
     for (uint32_t row = 0; !err && seen.spans.count && row < height;) {
         uint32_t rows = band_rows(draws, &seen.spans, slicer, height - row);
         bd_gpu_target_rows(gpu, row, rows);
-        err = record_band(gpu, draws, &seen, rows, slicer, fault);
+        err = record_band(gpu, draws, &seen, rows, slicer, detail);
         row += rows;
     }
     bd_buf_destroy(gpu, &seen.list_indices);

@@ -43,7 +43,7 @@ static void finish_order(struct point_order *order)
 }
 
 static enum bd_err make_room(const struct bd_scene_draws *draws, struct point_order *order,
-                             struct bd_fault *fault)
+                             struct bd_err_detail *detail)
 {
     const size_t pixels = (size_t)draws->viewpoint->width_px * draws->viewpoint->height_px;
     const size_t runs = (size_t)draws->scene->order.run_count + 1;
@@ -51,8 +51,8 @@ static enum bd_err make_room(const struct bd_scene_draws *draws, struct point_or
                                   .pixels = bd_huge_pages_alloc(pixels * sizeof *order->pixels),
                                   .run_ends = calloc(runs, sizeof *order->run_ends)};
     if (order->numbers && order->pixels && order->run_ends) return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_NO_MEMORY, "size", "no memory for what %zu pixels see",
-                        pixels);
+    return bd_err_set(detail, BD_ERR_NO_MEMORY, "size", "no memory for what %zu pixels see",
+                      pixels);
 }
 
 // Calls `each` for all pixels that see something, with the run of what they see.
@@ -311,7 +311,7 @@ static void set_attributes(struct bd_attribute attributes[BD_ATTRIBUTE_MAX],
 // Points of one run, from the `first` of the buffer's on.
 static enum bd_err record_run(struct bd_gpu *gpu, const struct points *batch, uint32_t run,
                               const struct bd_buf *points, uint32_t first, uint32_t count,
-                              struct bd_fault *fault)
+                              struct bd_err_detail *detail)
 {
     const struct bd_scene_draws *draws = batch->draws;
     const struct bd_scene_draw *draw = &draws->scene->draws[run];
@@ -330,7 +330,7 @@ static enum bd_err record_run(struct bd_gpu *gpu, const struct points *batch, ui
         .depth = BD_DRAW_DEPTH_IGNORE,
     };
     bd_define(&source.defines, "BD_POINTS", 1);
-    enum bd_err err = bd_program_get(gpu, &source, (struct bd_program **)&call.program, fault);
+    enum bd_err err = bd_program_get(gpu, &source, (struct bd_program **)&call.program, detail);
     if (err) return err;
     call.bindings.arrays[BD_UNIT_INSTANCES] = batch->seen->array;
     call.bindings.arrays[BD_UNIT_SURFACE_TRIANGLES] = draws->scene->triangles;
@@ -365,7 +365,7 @@ static uint32_t points_that_fit(const struct point_order *order, const struct bd
 }
 
 static enum bd_err record_slice(struct bd_gpu *gpu, struct points *batch, uint32_t run,
-                                struct bd_slicer *slicer, struct bd_fault *fault)
+                                struct bd_slicer *slicer, struct bd_err_detail *detail)
 {
     const uint32_t pieces = (batch->count + POINTS_PER_PIECE - 1) / POINTS_PER_PIECE;
     const uint32_t end = batch->first + batch->count;
@@ -373,12 +373,12 @@ static enum bd_err record_slice(struct bd_gpu *gpu, struct points *batch, uint32
     enum bd_err err = bd_pool_run(batch->draws->tracer->pool, pieces, fill_points, NULL, batch);
     if (!err)
         err = bd_buf_create(gpu, "points", batch->count * sizeof *batch->points, batch->points,
-                            &buf, fault);
+                            &buf, detail);
     for (uint32_t at = batch->first; !err && at < end;) {
         run = run_at(batch->order, run, at);
         const uint32_t run_end =
             batch->order->run_ends[run] < end ? batch->order->run_ends[run] : end;
-        err = record_run(gpu, batch, run, buf, at - batch->first, run_end - at, fault);
+        err = record_run(gpu, batch, run, buf, at - batch->first, run_end - at, detail);
         at = run_end;
     }
     if (!err) err = bd_slicer_checkpoint(slicer, batch->count);
@@ -388,7 +388,7 @@ static enum bd_err record_slice(struct bd_gpu *gpu, struct points *batch, uint32
 
 static enum bd_err record_all(struct bd_gpu *gpu, const struct bd_scene_draws *draws,
                               const struct bd_seen *seen, const struct point_order *order,
-                              struct bd_slicer *slicer, struct bd_fault *fault)
+                              struct bd_slicer *slicer, struct bd_err_detail *detail)
 {
     struct points batch = {draws, seen, order, 0, 0, calloc(POINTS_MAX, sizeof(struct point))};
     BD_ASSERT(batch.points);
@@ -397,26 +397,26 @@ static enum bd_err record_all(struct bd_gpu *gpu, const struct bd_scene_draws *d
     for (uint32_t run = 0; !err && batch.first < order->count; batch.first += batch.count) {
         run = run_at(order, run, batch.first);
         batch.count = points_that_fit(order, slicer, run, batch.first);
-        err = record_slice(gpu, &batch, run, slicer, fault);
+        err = record_slice(gpu, &batch, run, slicer, detail);
     }
     free(batch.points);
     return err;
 }
 
 enum bd_err bd_scene_points_record(struct bd_gpu *gpu, const struct bd_scene_draws *draws,
-                                   struct bd_slicer *slicer, struct bd_fault *fault)
+                                   struct bd_slicer *slicer, struct bd_err_detail *detail)
 {
     struct point_order order = {0};
     struct bd_seen seen = {0};
-    enum bd_err err = make_room(draws, &order, fault);
+    enum bd_err err = make_room(draws, &order, detail);
     if (!err)
         err = bd_first_hits(draws->tracer, draws->viewpoint, &draws->scene->space,
                             draws->cull_single_sided, slicer, order.numbers);
     if (!err) err = group(draws, &order, slicer);
     if (!err)
         err = bd_seen_init(&seen, gpu, draws->scene, draws->viewpoint, bd_slicer_pause, slicer,
-                           fault);
-    if (!err) err = record_all(gpu, draws, &seen, &order, slicer, fault);
+                           detail);
+    if (!err) err = record_all(gpu, draws, &seen, &order, slicer, detail);
     bd_seen_finish(&seen, gpu);
     finish_order(&order);
     return err;

@@ -14,6 +14,6 @@
 // With a tracer.
 BD_MUST_CHECK
 enum bd_err bd_scene_points_record(struct bd_gpu *gpu, const struct bd_scene_draws *draws,
-                                   struct bd_slicer *slicer, struct bd_fault *fault);
+                                   struct bd_slicer *slicer, struct bd_err_detail *detail);
 
 #endif

@@ -8,7 +8,7 @@
 #include "pass/scene_material.h"
 
 static enum bd_err create_ids(struct bd_gpu *gpu, uint32_t side_px, uint32_t face_count,
-                              struct bd_tex **ids, struct bd_fault *fault)
+                              struct bd_tex **ids, struct bd_err_detail *detail)
 {
     const struct bd_tex_desc desc = {
         .name = "shadow ids",
@@ -17,12 +17,12 @@ static enum bd_err create_ids(struct bd_gpu *gpu, uint32_t side_px, uint32_t fac
         .height_px = side_px,
         .layer_count = face_count,
     };
-    return bd_tex_create(gpu, &desc, ids, fault);
+    return bd_tex_create(gpu, &desc, ids, detail);
 }
 
 static enum bd_err draw_face(const struct bd_pass_context *context,
                              const struct bd_gpu_scene *scene, const struct bd_viewpoint *viewpoint,
-                             const struct bd_target *target, struct bd_fault *fault)
+                             const struct bd_target *target, struct bd_err_detail *detail)
 {
     const struct bd_scene_draws draws = {
         .scene = scene,
@@ -30,7 +30,7 @@ static enum bd_err draw_face(const struct bd_pass_context *context,
         .fragment = "pass/shadow_map/shadow_map.frag",
     };
     bd_gpu_target_begin(context->gpu, target);
-    enum bd_err err = bd_scene_draws_record(context->gpu, &draws, context->slicer, fault);
+    enum bd_err err = bd_scene_draws_record(context->gpu, &draws, context->slicer, detail);
     bd_gpu_target_end(context->gpu);
     return err;
 }
@@ -68,13 +68,13 @@ static enum bd_err send_rows(const struct bd_pass_context *context,
 static enum bd_err trace_faces(const struct bd_pass_context *context,
                                const struct bd_gpu_scene *scene, const struct bd_light_setup *light,
                                const struct bd_tracer *tracer, struct bd_shadow_map *map,
-                               struct bd_fault *fault)
+                               struct bd_err_detail *detail)
 {
     const uint32_t side = map->side_px;
     uint32_t *numbers = bd_huge_pages_alloc((size_t)side * side * sizeof *numbers);
     if (!numbers)
-        return bd_fault_set(fault, BD_ERR_NO_MEMORY, "shadow_size",
-                            "no memory for what %u x %u texels see", side, side);
+        return bd_err_set(detail, BD_ERR_NO_MEMORY, "shadow_size",
+                          "no memory for what %u x %u texels see", side, side);
     enum bd_err err = BD_ERR_OK;
     for (uint32_t face = 0; !err && face < light->face_count; face++) {
         const struct bd_viewpoint viewpoint = bd_light_setup_viewpoint(light, face, side);
@@ -89,7 +89,7 @@ static enum bd_err trace_faces(const struct bd_pass_context *context,
 
 static enum bd_err draw_faces(const struct bd_pass_context *context,
                               const struct bd_gpu_scene *scene, const struct bd_light_setup *light,
-                              struct bd_shadow_map *map, struct bd_fault *fault)
+                              struct bd_shadow_map *map, struct bd_err_detail *detail)
 {
     const struct bd_tex_desc depth_desc = {
         .name = "shadow z",
@@ -98,14 +98,14 @@ static enum bd_err draw_faces(const struct bd_pass_context *context,
         .height_px = map->side_px,
     };
     struct bd_tex *depth = NULL;
-    enum bd_err err = bd_tex_create(context->gpu, &depth_desc, &depth, fault);
+    enum bd_err err = bd_tex_create(context->gpu, &depth_desc, &depth, detail);
     for (uint32_t face = 0; !err && face < light->face_count; face++) {
         const struct bd_viewpoint viewpoint = bd_light_setup_viewpoint(light, face, map->side_px);
         const struct bd_target target = {
             .color = {{map->ids, face}},
             .depth = {depth, 0},
         };
-        err = draw_face(context, scene, &viewpoint, &target, fault);
+        err = draw_face(context, scene, &viewpoint, &target, detail);
     }
     bd_tex_destroy(context->gpu, &depth);
     return err;
@@ -115,14 +115,14 @@ enum bd_err bd_shadow_map_render(const struct bd_pass_context *context,
                                  const struct bd_gpu_scene *scene,
                                  const struct bd_light_setup *light, uint32_t side_px,
                                  const struct bd_tracer *tracer, struct bd_shadow_map **out,
-                                 struct bd_fault *fault)
+                                 struct bd_err_detail *detail)
 {
     struct bd_shadow_map *map = calloc(1, sizeof *map);
     BD_ASSERT(map);
     map->side_px = side_px;
-    enum bd_err err = create_ids(context->gpu, side_px, light->face_count, &map->ids, fault);
-    if (!err && tracer) err = trace_faces(context, scene, light, tracer, map, fault);
-    if (!err && !tracer) err = draw_faces(context, scene, light, map, fault);
+    enum bd_err err = create_ids(context->gpu, side_px, light->face_count, &map->ids, detail);
+    if (!err && tracer) err = trace_faces(context, scene, light, tracer, map, detail);
+    if (!err && !tracer) err = draw_faces(context, scene, light, map, detail);
     if (err) {
         bd_shadow_map_destroy(context->gpu, &map);
         return err;

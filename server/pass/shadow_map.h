@@ -22,7 +22,7 @@ enum bd_err bd_shadow_map_render(const struct bd_pass_context *context,
                                  const struct bd_gpu_scene *scene,
                                  const struct bd_light_setup *light, uint32_t side_px,
                                  const struct bd_tracer *tracer, struct bd_shadow_map **out,
-                                 struct bd_fault *fault);
+                                 struct bd_err_detail *detail);
 void bd_shadow_map_destroy(struct bd_gpu *gpu, struct bd_shadow_map **map);
 uint64_t bd_shadow_map_bytes(const struct bd_shadow_map *map);
 

@@ -35,7 +35,7 @@ static void bind_first(const struct bd_shared_light_inputs *inputs, struct bd_bi
 
 static enum bd_err run_rows(const struct bd_pass_context *context,
                             const struct bd_shared_light_inputs *inputs,
-                            const struct bd_indirect *out, struct bd_fault *fault)
+                            const struct bd_indirect *out, struct bd_err_detail *detail)
 {
     const struct bd_view view = bd_viewpoint_uniform(inputs->viewpoint, &inputs->scene->space);
     struct bd_share_args args = args_of(inputs);
@@ -44,7 +44,7 @@ static enum bd_err run_rows(const struct bd_pass_context *context,
     if (inputs->first->vector) bd_define(&defines, "BD_VECTOR", 1);
     if (inputs->first->rough) bd_define(&defines, "BD_ROUGH", 1);
     enum bd_err err = bd_compute_get(context->gpu, "pass/shared_light/shared_light.comp", &defines,
-                                     &program, fault);
+                                     &program, detail);
     struct bd_bindings bindings = {
         .uniforms[BD_UNIFORM_VIEW] = {&view, sizeof view},
         .uniforms[BD_UNIFORM_ARGS] = {&args, sizeof args},
@@ -68,19 +68,19 @@ static enum bd_err run_rows(const struct bd_pass_context *context,
 }
 
 static enum bd_err create_rough(struct bd_gpu *gpu, const struct bd_shared_light_inputs *inputs,
-                                struct bd_indirect *out, struct bd_fault *fault)
+                                struct bd_indirect *out, struct bd_err_detail *detail)
 {
     const struct bd_tex_desc desc = {.name = "indirect light of rough lobes",
                                      .format = BD_FORMAT_RGBA32F,
                                      .width_px = inputs->viewpoint->width_px,
                                      .height_px = inputs->viewpoint->height_px};
-    return inputs->first->rough ? bd_tex_create(gpu, &desc, &out->rough, fault) : BD_ERR_OK;
+    return inputs->first->rough ? bd_tex_create(gpu, &desc, &out->rough, detail) : BD_ERR_OK;
 }
 
 // No blocks at all: its fragments are the pixels that nobody shares light with.
 static enum bd_err create_pixels(struct bd_gpu *gpu, const struct bd_viewpoint *viewpoint,
                                  const struct bd_tex *irradiance, struct bd_discontinuity **out,
-                                 struct bd_fault *fault)
+                                 struct bd_err_detail *detail)
 {
     const uint32_t width = viewpoint->width_px, height = viewpoint->height_px;
     struct bd_discontinuity *made = *out = calloc(1, sizeof *made);
@@ -89,12 +89,12 @@ static enum bd_err create_pixels(struct bd_gpu *gpu, const struct bd_viewpoint *
     made->lit = irradiance;
     struct bd_tex_desc desc = {.name = "no blocks", .format = BD_FORMAT_R32UI};
     bd_multires_stack_size(&made->layout, &desc.width_px, &desc.height_px);
-    return bd_tex_create(gpu, &desc, &made->flags, fault);
+    return bd_tex_create(gpu, &desc, &made->flags, detail);
 }
 
 static enum bd_err list_missing(const struct bd_pass_context *context,
                                 const struct bd_shared_light_inputs *inputs,
-                                struct bd_shared_light *light, struct bd_fault *fault)
+                                struct bd_shared_light *light, struct bd_err_detail *detail)
 {
     const struct bd_discontinuity_inputs seen = {
         .gbuffer = inputs->gbuffer,
@@ -102,24 +102,24 @@ static enum bd_err list_missing(const struct bd_pass_context *context,
         .space = &inputs->scene->space,
     };
     enum bd_err err = create_pixels(context->gpu, inputs->viewpoint, light->indirect->irradiance,
-                                    &light->pixels, fault);
+                                    &light->pixels, detail);
     if (!err)
         err = bd_fragments_run(context, &seen, light->pixels, BD_REFINEMENT_ONE_PASS,
-                               &light->missing, fault);
+                               &light->missing, detail);
     if (!err) light->indirect->fragment_count = light->missing->count;
     return err;
 }
 
 enum bd_err bd_shared_light_run(const struct bd_pass_context *context,
                                 const struct bd_shared_light_inputs *inputs,
-                                struct bd_shared_light *out, struct bd_fault *fault)
+                                struct bd_shared_light *out, struct bd_err_detail *detail)
 {
     *out = (struct bd_shared_light){0};
     enum bd_err err =
-        bd_indirect_create(context->gpu, inputs->viewpoint, false, &out->indirect, fault);
-    if (!err) err = create_rough(context->gpu, inputs, out->indirect, fault);
-    if (!err) err = run_rows(context, inputs, out->indirect, fault);
-    if (!err) err = list_missing(context, inputs, out, fault);
+        bd_indirect_create(context->gpu, inputs->viewpoint, false, &out->indirect, detail);
+    if (!err) err = create_rough(context->gpu, inputs, out->indirect, detail);
+    if (!err) err = run_rows(context, inputs, out->indirect, detail);
+    if (!err) err = list_missing(context, inputs, out, detail);
     if (err) bd_shared_light_finish(context->gpu, out);
     return err;
 }

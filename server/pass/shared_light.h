@@ -35,7 +35,7 @@ struct bd_shared_light {
 BD_MUST_CHECK
 enum bd_err bd_shared_light_run(const struct bd_pass_context *context,
                                 const struct bd_shared_light_inputs *inputs,
-                                struct bd_shared_light *out, struct bd_fault *fault);
+                                struct bd_shared_light *out, struct bd_err_detail *detail);
 // All that is still there.
 void bd_shared_light_finish(struct bd_gpu *gpu, struct bd_shared_light *light);
 

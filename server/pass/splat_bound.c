@@ -131,7 +131,7 @@ static uint64_t all_vpls(const struct bd_gather_inputs *inputs)
 
 enum bd_err bd_splat_bound_find(const struct bd_pass_context *context,
                                 const struct bd_gather_inputs *inputs, double share,
-                                struct bd_splat_bound *out, struct bd_fault *fault)
+                                struct bd_splat_bound *out, struct bd_err_detail *detail)
 {
     BD_ASSERT(share > 0 && share <= 1);
     const struct bd_program_source source = {.compute = "pass/splat/splat_trial.comp"};
@@ -143,11 +143,11 @@ enum bd_err bd_splat_bound_find(const struct bd_pass_context *context,
     };
     double pixels = (double)s.view.size_px.x * s.view.size_px.y;
     s.wanted = (uint64_t)(share * pixels * (double)all_vpls(inputs));
-    enum bd_err err = bd_program_get(context->gpu, &source, &program, fault);
+    enum bd_err err = bd_program_get(context->gpu, &source, &program, detail);
     if (err) return err;
     s.program = program;
     err = bd_buf_create(context->gpu, "splat sums", 2 * BD_SPLAT_BOUNDS * sizeof(uint32_t), NULL,
-                        &s.sums, fault);
+                        &s.sums, detail);
     if (!err) err = share < 1 ? narrow_down(&s, out) : count_without_bound(&s, out);
     bd_buf_destroy(context->gpu, &s.sums);
     return err;

@@ -19,6 +19,6 @@ struct bd_splat_bound {
 BD_MUST_CHECK
 enum bd_err bd_splat_bound_find(const struct bd_pass_context *context,
                                 const struct bd_gather_inputs *inputs, double share,
-                                struct bd_splat_bound *out, struct bd_fault *fault);
+                                struct bd_splat_bound *out, struct bd_err_detail *detail);
 
 #endif

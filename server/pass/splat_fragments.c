@@ -97,7 +97,7 @@ static enum bd_err splat_list(const struct splat *s, uint32_t list)
     return BD_ERR_OK;
 }
 
-static enum bd_err splat_target(struct splat *s, bool fine, struct bd_fault *fault)
+static enum bd_err splat_target(struct splat *s, bool fine, struct bd_err_detail *detail)
 {
     const struct bd_fragments *fragments = s->inputs->fragments;
     struct bd_program_source source = {.vertex = "pass/splat/fragments.vert",
@@ -116,7 +116,7 @@ static enum bd_err splat_target(struct splat *s, bool fine, struct bd_fault *fau
     s->size = bd_tex_desc(target.color[0].tex);
     if (s->fragment_count == 0) return BD_ERR_OK;
     struct bd_program *program;
-    enum bd_err err = bd_program_get(s->context->gpu, &source, &program, fault);
+    enum bd_err err = bd_program_get(s->context->gpu, &source, &program, detail);
     if (err) return err;
     s->program = program;
     bd_slicer_work(s->context->slicer, "splat_fragments");
@@ -128,7 +128,7 @@ static enum bd_err splat_target(struct splat *s, bool fine, struct bd_fault *fau
 
 enum bd_err bd_splat_fragments_run(const struct bd_pass_context *context,
                                    const struct bd_gather_fragments_inputs *inputs,
-                                   struct bd_multires_light **out, struct bd_fault *fault)
+                                   struct bd_multires_light **out, struct bd_err_detail *detail)
 {
     struct splat s = {
         .context = context,
@@ -137,9 +137,9 @@ enum bd_err bd_splat_fragments_run(const struct bd_pass_context *context,
     };
     enum bd_err err = bd_multires_light_create(
         context->gpu, &inputs->fragments->layout,
-        inputs->vector ? BD_LIGHT_VECTORS_ALL : BD_LIGHT_VECTORS_NONE, &s.out, fault);
-    if (!err) err = splat_target(&s, true, fault);
-    if (!err) err = splat_target(&s, false, fault);
+        inputs->vector ? BD_LIGHT_VECTORS_ALL : BD_LIGHT_VECTORS_NONE, &s.out, detail);
+    if (!err) err = splat_target(&s, true, detail);
+    if (!err) err = splat_target(&s, false, detail);
     if (err) {
         bd_multires_light_destroy(context->gpu, &s.out);
         return err;

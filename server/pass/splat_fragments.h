@@ -15,6 +15,6 @@
 BD_MUST_CHECK
 enum bd_err bd_splat_fragments_run(const struct bd_pass_context *context,
                                    const struct bd_gather_fragments_inputs *inputs,
-                                   struct bd_multires_light **out, struct bd_fault *fault);
+                                   struct bd_multires_light **out, struct bd_err_detail *detail);
 
 #endif

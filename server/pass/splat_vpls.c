@@ -70,14 +70,14 @@ static enum bd_err splat_list(const struct splat *s, const struct bd_vpl_list *l
     return BD_ERR_OK;
 }
 
-static enum bd_err splat_all(struct splat *s, struct bd_indirect *out, struct bd_fault *fault)
+static enum bd_err splat_all(struct splat *s, struct bd_indirect *out, struct bd_err_detail *detail)
 {
     struct bd_program_source source = {.vertex = "pass/splat/splat.vert",
                                        .fragment = "pass/splat/splat.frag"};
     if (s->inputs->near_patches) bd_define(&source.defines, "BD_VPL_PATCH", 1);
     if (s->inputs->glossy) bd_define(&source.defines, "BD_GLOSSY", 1);
     struct bd_program *program;
-    enum bd_err err = bd_program_get(s->context->gpu, &source, &program, fault);
+    enum bd_err err = bd_program_get(s->context->gpu, &source, &program, detail);
     if (err) return err;
     s->program = program;
     bd_slicer_work(s->context->slicer, "splat_vpls");
@@ -99,7 +99,7 @@ static double fragments_per_vpl(const struct bd_gather_inputs *inputs, uint64_t 
 enum bd_err bd_splat_vpls_run(const struct bd_pass_context *context,
                               const struct bd_gather_inputs *inputs,
                               const struct bd_splat_bound *bound, struct bd_indirect **out,
-                              struct bd_fault *fault)
+                              struct bd_err_detail *detail)
 {
     struct splat s = {
         .context = context,
@@ -110,8 +110,8 @@ enum bd_err bd_splat_vpls_run(const struct bd_pass_context *context,
     };
     struct bd_indirect *made = NULL;
     enum bd_err err =
-        bd_indirect_create(context->gpu, inputs->viewpoint, inputs->glossy, &made, fault);
-    if (!err) err = splat_all(&s, made, fault);
+        bd_indirect_create(context->gpu, inputs->viewpoint, inputs->glossy, &made, detail);
+    if (!err) err = splat_all(&s, made, detail);
     if (err) {
         bd_indirect_destroy(context->gpu, &made);
         return err;

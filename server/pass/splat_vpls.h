@@ -17,6 +17,6 @@ BD_MUST_CHECK
 enum bd_err bd_splat_vpls_run(const struct bd_pass_context *context,
                               const struct bd_gather_inputs *inputs,
                               const struct bd_splat_bound *bound, struct bd_indirect **out,
-                              struct bd_fault *fault);
+                              struct bd_err_detail *detail);
 
 #endif

@@ -38,27 +38,28 @@ struct work {
 // --- textures and buffers -----------------------------------------------------------------------
 
 static enum bd_err create_image(struct bd_gpu *gpu, const char *name, uint32_t width_px,
-                                uint32_t height_px, struct bd_tex **out, struct bd_fault *fault)
+                                uint32_t height_px, struct bd_tex **out,
+                                struct bd_err_detail *detail)
 {
     static const float none[4];
     const struct bd_tex_desc desc = {
         .name = name, .format = BD_FORMAT_RGBA32F, .width_px = width_px, .height_px = height_px};
-    enum bd_err err = bd_tex_create(gpu, &desc, out, fault);
+    enum bd_err err = bd_tex_create(gpu, &desc, out, detail);
     if (!err) bd_tex_clear(gpu, *out, none);
     return err;
 }
 
-static enum bd_err create_images(struct work *w, struct bd_fault *fault)
+static enum bd_err create_images(struct work *w, struct bd_err_detail *detail)
 {
     struct bd_gpu *gpu = w->context->gpu;
     const struct bd_multires_layout *layout = &w->inputs->start->layout;
     uint32_t wide, high;
     bd_multires_stack_size(layout, &wide, &high);
     enum bd_err err = create_image(gpu, "glossy light of pixels", layout->size_px.x,
-                                   layout->size_px.y, &w->fine, fault);
-    if (!err) err = create_image(gpu, "glossy light of blocks", wide, high, &w->coarse, fault);
-    if (!err) err = create_image(gpu, "its slope along x", wide, high, &w->slope_x, fault);
-    if (!err) err = create_image(gpu, "its slope along y", wide, high, &w->slope_y, fault);
+                                   layout->size_px.y, &w->fine, detail);
+    if (!err) err = create_image(gpu, "glossy light of blocks", wide, high, &w->coarse, detail);
+    if (!err) err = create_image(gpu, "its slope along x", wide, high, &w->slope_x, detail);
+    if (!err) err = create_image(gpu, "its slope along y", wide, high, &w->slope_y, detail);
     return err;
 }
 
@@ -89,23 +90,24 @@ static uint32_t capacity_of(const struct bd_subsplats_inputs *inputs)
     return (uint32_t)(pixels < BLOCK_LIMIT_MIN ? BLOCK_LIMIT_MIN : pixels < limit ? pixels : limit);
 }
 
-static enum bd_err create_buffers(struct work *w, struct bd_fault *fault)
+static enum bd_err create_buffers(struct work *w, struct bd_err_detail *detail)
 {
     struct bd_gpu *gpu = w->context->gpu;
     const size_t number = sizeof(uint32_t), mask_bytes = number * BD_SUBSPLAT_WORDS * w->capacity;
     enum bd_err err =
-        bd_buf_create(gpu, "subsplats to split", mask_bytes, NULL, &w->split_masks, fault);
+        bd_buf_create(gpu, "subsplats to split", mask_bytes, NULL, &w->split_masks, detail);
     if (!err)
         err = bd_buf_create(gpu, "subsplat scan", number * scan_size(w->capacity), NULL, &w->sums,
-                            fault);
+                            detail);
     if (!err)
         err = bd_buf_create(gpu, "subsplat counts", sizeof(struct bd_subsplats_counts), NULL,
-                            &w->counts, fault);
+                            &w->counts, detail);
     for (int i = 0; !err && i < 2; i++) {
-        err =
-            bd_buf_create(gpu, "subsplats", number * w->capacity, NULL, &w->lists[i].blocks, fault);
+        err = bd_buf_create(gpu, "subsplats", number * w->capacity, NULL, &w->lists[i].blocks,
+                            detail);
         if (!err)
-            err = bd_buf_create(gpu, "subsplat masks", mask_bytes, NULL, &w->lists[i].masks, fault);
+            err =
+                bd_buf_create(gpu, "subsplat masks", mask_bytes, NULL, &w->lists[i].masks, detail);
     }
     return err;
 }
@@ -346,30 +348,30 @@ static enum bd_err run_all(struct work *w)
     return BD_ERR_OK;
 }
 
-static enum bd_err get_programs(struct work *w, struct bd_fault *fault)
+static enum bd_err get_programs(struct work *w, struct bd_err_detail *detail)
 {
     struct bd_defines defines = {0};
     bd_define(&defines, "BD_GLOSSY", 1);
     if (w->inputs->near_patches) bd_define(&defines, "BD_VPL_PATCH", 1);
     enum bd_err err =
-        bd_compute_get(w->context->gpu, "pass/subsplats/pixels.comp", &defines, &w->pixels, fault);
+        bd_compute_get(w->context->gpu, "pass/subsplats/pixels.comp", &defines, &w->pixels, detail);
     if (err || block_count(w->inputs->start) == 0) return err;
-    err = bd_compute_get(w->context->gpu, "pass/subsplats/test.comp", &defines, &w->test, fault);
+    err = bd_compute_get(w->context->gpu, "pass/subsplats/test.comp", &defines, &w->test, detail);
     if (!err)
-        err = bd_compute_get(w->context->gpu, "pass/subsplats/scan.comp", NULL, &w->scan, fault);
+        err = bd_compute_get(w->context->gpu, "pass/subsplats/scan.comp", NULL, &w->scan, detail);
     if (!err)
-        err = bd_compute_get(w->context->gpu, "pass/subsplats/split.comp", NULL, &w->split, fault);
+        err = bd_compute_get(w->context->gpu, "pass/subsplats/split.comp", NULL, &w->split, detail);
     return err;
 }
 
-static enum bd_err spread(struct work *w, struct bd_tex *glossy, struct bd_fault *fault)
+static enum bd_err spread(struct work *w, struct bd_tex *glossy, struct bd_err_detail *detail)
 {
     const struct bd_multires_layout *layout = &w->inputs->start->layout;
     const uint32_t width = layout->size_px.x, height = layout->size_px.y;
     const double units_per_row = UNITS_PER_PIXEL * width;
     const struct bd_program *program;
     enum bd_err err =
-        bd_compute_get(w->context->gpu, "pass/subsplats/spread.comp", NULL, &program, fault);
+        bd_compute_get(w->context->gpu, "pass/subsplats/spread.comp", NULL, &program, detail);
     bd_slicer_work(w->context->slicer, "subsplats spread");
     for (uint32_t row = 0; !err && row < height;) {
         uint32_t rows = bd_slicer_rows(w->context->slicer, units_per_row, height - row);
@@ -412,7 +414,7 @@ static void set_limits(struct work *w)
 
 enum bd_err bd_subsplats_run(const struct bd_pass_context *context,
                              const struct bd_subsplats_inputs *inputs, struct bd_tex **glossy,
-                             struct bd_subsplat_counts *counts, struct bd_fault *fault)
+                             struct bd_subsplat_counts *counts, struct bd_err_detail *detail)
 {
     const struct bd_multires_layout *layout = &inputs->start->layout;
     struct work w = {
@@ -427,12 +429,12 @@ enum bd_err bd_subsplats_run(const struct bd_pass_context *context,
     set_limits(&w);
     *counts = (struct bd_subsplat_counts){0};
     enum bd_err err = create_image(context->gpu, "indirect glossy", layout->size_px.x,
-                                   layout->size_px.y, &made, fault);
-    if (!err) err = create_images(&w, fault);
-    if (!err && block_count(inputs->start) > 0) err = create_buffers(&w, fault);
-    if (!err) err = get_programs(&w, fault);
+                                   layout->size_px.y, &made, detail);
+    if (!err) err = create_images(&w, detail);
+    if (!err && block_count(inputs->start) > 0) err = create_buffers(&w, detail);
+    if (!err) err = get_programs(&w, detail);
     if (!err) err = run_all(&w);
-    if (!err) err = spread(&w, made, fault);
+    if (!err) err = spread(&w, made, detail);
     destroy_work(&w);
     if (err) {
         bd_tex_destroy(context->gpu, &made);

@@ -48,6 +48,6 @@ struct bd_subsplats_inputs {
 BD_MUST_CHECK
 enum bd_err bd_subsplats_run(const struct bd_pass_context *context,
                              const struct bd_subsplats_inputs *inputs, struct bd_tex **glossy,
-                             struct bd_subsplat_counts *counts, struct bd_fault *fault);
+                             struct bd_subsplat_counts *counts, struct bd_err_detail *detail);
 
 #endif

@@ -44,7 +44,7 @@ static uint32_t lay_out_lists(const struct bd_multires_layout *layout, struct bd
     return blocks;
 }
 
-static enum bd_err create_outputs(struct work *w, struct bd_fault *fault)
+static enum bd_err create_outputs(struct work *w, struct bd_err_detail *detail)
 {
     static const struct counts none[BD_MULTIRES_LEVEL_MAX];
     struct bd_gpu *gpu = w->context->gpu;
@@ -53,20 +53,20 @@ static enum bd_err create_outputs(struct work *w, struct bd_fault *fault)
     const size_t most = (size_t)layout->levels[1].x * layout->levels[1].y + 1; // level 1, if any
     struct bd_tex_desc desc = {.name = "surfaces of blocks", .format = BD_FORMAT_R32UI};
     bd_multires_stack_size(layout, &desc.width_px, &desc.height_px);
-    enum bd_err err = bd_tex_create(gpu, &desc, &w->out->words, fault);
+    enum bd_err err = bd_tex_create(gpu, &desc, &w->out->words, detail);
     desc.name = "pairs of blocks";
-    if (!err) err = bd_tex_create(gpu, &desc, &w->pairs, fault);
+    if (!err) err = bd_tex_create(gpu, &desc, &w->pairs, detail);
     if (!err)
         err = bd_buf_create(gpu, "outer blocks", sizeof(uint32_t) * (blocks ? blocks : 1), NULL,
-                            &w->out->outer, fault);
+                            &w->out->outer, detail);
     if (!err)
         err = bd_buf_create(gpu, "blocks to be looked at", sizeof(uint32_t) * most, NULL, &w->look,
-                            fault);
-    if (!err) err = bd_buf_create(gpu, "counts of blocks", sizeof none, none, &w->counts, fault);
+                            detail);
+    if (!err) err = bd_buf_create(gpu, "counts of blocks", sizeof none, none, &w->counts, detail);
     return err;
 }
 
-static enum bd_err create_children(const struct work *w, struct bd_fault *fault)
+static enum bd_err create_children(const struct work *w, struct bd_err_detail *detail)
 {
     uint32_t count = 0;
     for (uint32_t k = 1; k < w->discontinuity->layout.size_px.z; k++) {
@@ -75,7 +75,7 @@ static enum bd_err create_children(const struct work *w, struct bd_fault *fault)
     }
     return bd_buf_create(w->context->gpu, "children of outer blocks",
                          2 * sizeof(uint32_t) * (count ? count : 1), NULL, &w->out->children,
-                         fault);
+                         detail);
 }
 
 // --- kernels ------------------------------------------------------------------------------
@@ -224,24 +224,26 @@ static enum bd_err look_at_children(const struct work *w, const struct programs 
     return err;
 }
 
-static enum bd_err get_programs(struct bd_gpu *gpu, struct programs *out, struct bd_fault *fault)
+static enum bd_err get_programs(struct bd_gpu *gpu, struct programs *out,
+                                struct bd_err_detail *detail)
 {
-    enum bd_err err = bd_compute_get(gpu, "pass/surfaces/look.comp", NULL, &out->look, fault);
-    if (!err) err = bd_compute_get(gpu, "pass/surfaces/pairs.comp", NULL, &out->pairs, fault);
-    if (!err) err = bd_compute_get(gpu, "pass/surfaces/outer.comp", NULL, &out->outer, fault);
-    if (!err) err = bd_compute_get(gpu, "pass/surfaces/children.comp", NULL, &out->children, fault);
+    enum bd_err err = bd_compute_get(gpu, "pass/surfaces/look.comp", NULL, &out->look, detail);
+    if (!err) err = bd_compute_get(gpu, "pass/surfaces/pairs.comp", NULL, &out->pairs, detail);
+    if (!err) err = bd_compute_get(gpu, "pass/surfaces/outer.comp", NULL, &out->outer, detail);
+    if (!err)
+        err = bd_compute_get(gpu, "pass/surfaces/children.comp", NULL, &out->children, detail);
     return err;
 }
 
 // --- the pass -----------------------------------------------------------------------------
 
-static enum bd_err run(struct work *w, struct bd_fault *fault)
+static enum bd_err run(struct work *w, struct bd_err_detail *detail)
 {
     struct programs programs;
-    enum bd_err err = get_programs(w->context->gpu, &programs, fault);
-    if (!err) err = create_outputs(w, fault);
+    enum bd_err err = get_programs(w->context->gpu, &programs, detail);
+    if (!err) err = create_outputs(w, detail);
     if (!err) err = find_outer(w, &programs);
-    if (!err) err = create_children(w, fault);
+    if (!err) err = create_children(w, detail);
     if (!err) err = look_at_children(w, &programs);
     return err;
 }
@@ -249,7 +251,7 @@ static enum bd_err run(struct work *w, struct bd_fault *fault)
 enum bd_err bd_surfaces_run(const struct bd_pass_context *context,
                             const struct bd_discontinuity_inputs *inputs,
                             const struct bd_discontinuity *discontinuity, struct bd_surfaces **out,
-                            struct bd_fault *fault)
+                            struct bd_err_detail *detail)
 {
     struct work w = {
         .context = context,
@@ -259,7 +261,7 @@ enum bd_err bd_surfaces_run(const struct bd_pass_context *context,
         .out = calloc(1, sizeof *w.out),
     };
     BD_ASSERT(inputs->gbuffer && w.out);
-    enum bd_err err = run(&w, fault);
+    enum bd_err err = run(&w, detail);
     bd_tex_destroy(context->gpu, &w.pairs);
     bd_buf_destroy(context->gpu, &w.look);
     bd_buf_destroy(context->gpu, &w.counts);

@@ -24,7 +24,7 @@ BD_MUST_CHECK
 enum bd_err bd_surfaces_run(const struct bd_pass_context *context,
                             const struct bd_discontinuity_inputs *inputs,
                             const struct bd_discontinuity *discontinuity, struct bd_surfaces **out,
-                            struct bd_fault *fault);
+                            struct bd_err_detail *detail);
 void bd_surfaces_destroy(struct bd_gpu *gpu, struct bd_surfaces **surfaces);
 uint64_t bd_surfaces_bytes(const struct bd_surfaces *surfaces);
 

@@ -32,12 +32,13 @@ struct bd_tree_walk bd_tree_walk_of(const struct bd_gather_tree_inputs *inputs)
 }
 
 enum bd_err bd_tree_walk_begin(struct bd_gpu *gpu, const struct bd_gather_tree_inputs *inputs,
-                               size_t receivers, struct bd_tree_walk *out, struct bd_fault *fault)
+                               size_t receivers, struct bd_tree_walk *out,
+                               struct bd_err_detail *detail)
 {
     const size_t bytes = (receivers + 1) * sizeof(uint32_t);
     *out = bd_tree_walk_of(inputs);
-    enum bd_err err = bd_buf_create(gpu, "tree estimates", bytes, NULL, &out->estimates, fault);
-    if (!err) err = bd_buf_create(gpu, "tree walks", bytes, NULL, &out->next_roots, fault);
+    enum bd_err err = bd_buf_create(gpu, "tree estimates", bytes, NULL, &out->estimates, detail);
+    if (!err) err = bd_buf_create(gpu, "tree walks", bytes, NULL, &out->next_roots, detail);
     if (err) bd_tree_walk_end(gpu, out);
     return err;
 }

@@ -33,7 +33,8 @@ uint32_t bd_tree_root_count(const struct bd_vpl_tree *tree);
 // Buffers for so many receivers.
 BD_MUST_CHECK
 enum bd_err bd_tree_walk_begin(struct bd_gpu *gpu, const struct bd_gather_tree_inputs *inputs,
-                               size_t receivers, struct bd_tree_walk *out, struct bd_fault *fault);
+                               size_t receivers, struct bd_tree_walk *out,
+                               struct bd_err_detail *detail);
 void bd_tree_walk_end(struct bd_gpu *gpu, struct bd_tree_walk *walk);
 
 // What is bound for some roots. `args` are bd_gather_tree_args.

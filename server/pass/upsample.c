@@ -52,14 +52,14 @@ static struct bd_bindings bind(const struct upsample *u, uint32_t level,
 }
 
 static enum bd_err get_program(const struct upsample *u, const char *compute, uint32_t level,
-                               struct bd_program **out, struct bd_fault *fault)
+                               struct bd_program **out, struct bd_err_detail *detail)
 {
     struct bd_program_source source = {.compute = compute};
     bd_define(&source.defines, "BD_DETAIL", (int32_t)u->inputs->detail);
     if (level == 0) bd_define(&source.defines, "BD_FINE", 1);
     if (level == 0 && has_fine_vector(u)) bd_define(&source.defines, "BD_FINE_VECTOR", 1);
     if (level == 0 && u->inputs->keep_vector) bd_define(&source.defines, "BD_KEEP_VECTOR", 1);
-    return bd_program_get(u->context->gpu, &source, out, fault);
+    return bd_program_get(u->context->gpu, &source, out, detail);
 }
 
 static struct bd_upsample_args args_of(const struct upsample *u, uint32_t level)
@@ -71,10 +71,10 @@ static struct bd_upsample_args args_of(const struct upsample *u, uint32_t level)
     };
 }
 
-static enum bd_err run_inner(const struct upsample *u, uint32_t level, struct bd_fault *fault)
+static enum bd_err run_inner(const struct upsample *u, uint32_t level, struct bd_err_detail *detail)
 {
     struct bd_program *program;
-    enum bd_err err = get_program(u, "pass/upsample/inner.comp", level, &program, fault);
+    enum bd_err err = get_program(u, "pass/upsample/inner.comp", level, &program, detail);
     if (err) return err;
     struct bd_upsample_args args = args_of(u, level);
     uint32_t group[3], columns = (args.level.x + 1) / 2, height = (args.level.y + 1) / 2;
@@ -98,11 +98,11 @@ static enum bd_err run_inner(const struct upsample *u, uint32_t level, struct bd
 // The items [first, end) of a list; of fragments, or without any of the level's outer blocks.
 static enum bd_err run_list(const struct upsample *u, const char *compute, uint32_t level,
                             struct bd_buf *fragments, uint32_t first, uint32_t end,
-                            struct bd_fault *fault)
+                            struct bd_err_detail *detail)
 {
     const struct bd_surfaces *surfaces = u->inputs->surfaces;
     struct bd_program *program;
-    enum bd_err err = get_program(u, compute, level, &program, fault);
+    enum bd_err err = get_program(u, compute, level, &program, detail);
     struct bd_upsample_args args = args_of(u, level);
     args.first_outer = surfaces->outer_first[level + 1];
     args.first_children = surfaces->children_first[level + 1];
@@ -124,27 +124,27 @@ static enum bd_err run_list(const struct upsample *u, const char *compute, uint3
 }
 
 static enum bd_err run_own(const struct upsample *u, const struct bd_fragments *fragments,
-                           struct bd_fault *fault)
+                           struct bd_err_detail *detail)
 {
     uint32_t first = fragments->level_first[0], count = fragments->level_count[0];
-    return run_list(u, "pass/upsample/own.comp", 0, fragments->list, first, first + count, fault);
+    return run_list(u, "pass/upsample/own.comp", 0, fragments->list, first, first + count, detail);
 }
 
-static enum bd_err run_level(const struct upsample *u, uint32_t level, struct bd_fault *fault)
+static enum bd_err run_level(const struct upsample *u, uint32_t level, struct bd_err_detail *detail)
 {
     uint32_t outer = 0;
     if (level + 1 < u->inputs->light->layout.size_px.z)
         outer = u->inputs->surfaces->outer_count[level + 1];
-    enum bd_err err = run_inner(u, level, fault);
-    if (!err) err = run_list(u, "pass/upsample/outer.comp", level, NULL, 0, outer, fault);
+    enum bd_err err = run_inner(u, level, detail);
+    if (!err) err = run_list(u, "pass/upsample/outer.comp", level, NULL, 0, outer, detail);
     if (err || level > 0) return err;
-    err = run_own(u, u->inputs->fragments, fault);
+    err = run_own(u, u->inputs->fragments, detail);
     for (uint32_t i = 0; !err && i < u->inputs->part_count; i++)
-        err = run_own(u, u->inputs->parts[i], fault);
+        err = run_own(u, u->inputs->parts[i], detail);
     return err;
 }
 
-static enum bd_err create_target(const struct upsample *u, struct bd_fault *fault)
+static enum bd_err create_target(const struct upsample *u, struct bd_err_detail *detail)
 {
     struct bd_gpu *gpu = u->context->gpu;
     struct bd_tex_desc desc = {
@@ -153,17 +153,17 @@ static enum bd_err create_target(const struct upsample *u, struct bd_fault *faul
         .width_px = u->inputs->light->layout.size_px.x,
         .height_px = u->inputs->light->layout.size_px.y,
     };
-    enum bd_err err = bd_tex_create(gpu, &desc, &u->out->irradiance, fault);
+    enum bd_err err = bd_tex_create(gpu, &desc, &u->out->irradiance, detail);
     if (err || !u->inputs->keep_vector) return err;
     desc.name = "indirect, before normals";
-    err = bd_tex_create(gpu, &desc, &u->out->gathered, fault);
+    err = bd_tex_create(gpu, &desc, &u->out->gathered, detail);
     desc.name = "indirect, vector";
-    return err ? err : bd_tex_create(gpu, &desc, &u->out->vector, fault);
+    return err ? err : bd_tex_create(gpu, &desc, &u->out->vector, detail);
 }
 
 enum bd_err bd_upsample_run(const struct bd_pass_context *context,
                             const struct bd_upsample_inputs *inputs, struct bd_indirect **out,
-                            struct bd_fault *fault)
+                            struct bd_err_detail *detail)
 {
     struct upsample u = {
         .context = context,
@@ -172,11 +172,11 @@ enum bd_err bd_upsample_run(const struct bd_pass_context *context,
         .out = calloc(1, sizeof *u.out),
     };
     BD_ASSERT(u.out);
-    enum bd_err err = create_target(&u, fault);
+    enum bd_err err = create_target(&u, detail);
     // The coarsest level's fragments have nothing above them.
     for (uint32_t level = inputs->light->layout.size_px.z - 1; !err && level > 1; level--)
-        err = run_level(&u, level - 1, fault);
-    if (!err) err = run_level(&u, 0, fault);
+        err = run_level(&u, level - 1, detail);
+    if (!err) err = run_level(&u, 0, detail);
     if (err) {
         bd_indirect_destroy(context->gpu, &u.out);
         return err;

@@ -44,6 +44,6 @@ struct bd_upsample_inputs {
 BD_MUST_CHECK
 enum bd_err bd_upsample_run(const struct bd_pass_context *context,
                             const struct bd_upsample_inputs *inputs, struct bd_indirect **out,
-                            struct bd_fault *fault);
+                            struct bd_err_detail *detail);
 
 #endif

@@ -6,15 +6,15 @@
 #include "base/clock.h"
 
 enum bd_err bd_segments_create(struct bd_gpu *gpu, size_t count_max, struct bd_segments **out,
-                               struct bd_fault *fault)
+                               struct bd_err_detail *detail)
 {
     struct bd_segments *s = *out = calloc(1, sizeof *s);
     BD_ASSERT(s);
     s->count_max = (count_max + 31) & ~(size_t)31;
     BD_ASSERT_CMP(s->count_max * sizeof *s->host, <=, BD_SEGMENTS_BYTES_MAX);
     enum bd_err err =
-        bd_buf_create_unset(gpu, "segments", s->count_max * sizeof *s->host, &s->segments, fault);
-    if (!err) err = bd_buf_create_unset(gpu, "occluded", s->count_max / 8, &s->occluded, fault);
+        bd_buf_create_unset(gpu, "segments", s->count_max * sizeof *s->host, &s->segments, detail);
+    if (!err) err = bd_buf_create_unset(gpu, "occluded", s->count_max / 8, &s->occluded, detail);
     if (err) bd_segments_destroy(gpu, out);
     return err;
 }
@@ -34,14 +34,13 @@ void bd_segments_destroy(struct bd_gpu *gpu, struct bd_segments **segments)
 
 // --- the processor ------------------------------------------------------------------------------
 
-static enum bd_err make_host_room(struct bd_segments *s, struct bd_fault *fault)
+static enum bd_err make_host_room(struct bd_segments *s, struct bd_err_detail *detail)
 {
     if (s->host) return BD_ERR_OK;
     s->host = malloc(s->count_max * sizeof *s->host);
     s->host_bits = malloc(s->count_max / 8);
     if (s->host && s->host_bits) return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_NO_MEMORY, "rays", "no memory for %zu segments",
-                        s->count_max);
+    return bd_err_set(detail, BD_ERR_NO_MEMORY, "rays", "no memory for %zu segments", s->count_max);
 }
 
 static enum bd_err ask_processor(const struct bd_pass_context *context,
@@ -65,9 +64,9 @@ static enum bd_err ask_processor(const struct bd_pass_context *context,
 static enum bd_err run_on_processor(const struct bd_pass_context *context,
                                     const struct bd_visibility_inputs *inputs,
                                     struct bd_segments *segments, size_t count,
-                                    struct bd_fault *fault)
+                                    struct bd_err_detail *detail)
 {
-    enum bd_err err = make_host_room(segments, fault);
+    enum bd_err err = make_host_room(segments, detail);
     if (!err)
         err = bd_buf_read(context->gpu, segments->segments, 0, segments->host,
                           count * sizeof *segments->host);
@@ -84,7 +83,8 @@ static enum bd_err run_on_processor(const struct bd_pass_context *context,
 
 static enum bd_err run_on_device(const struct bd_pass_context *context,
                                  const struct bd_visibility_inputs *inputs,
-                                 struct bd_segments *segments, size_t count, struct bd_fault *fault)
+                                 struct bd_segments *segments, size_t count,
+                                 struct bd_err_detail *detail)
 {
     const struct bd_ray_walks_inputs walk = {.question = BD_RAY_QUESTION_OCCLUDED,
                                              .occluders = inputs->occluders,
@@ -93,22 +93,22 @@ static enum bd_err run_on_device(const struct bd_pass_context *context,
                                              .answers = segments->occluded,
                                              .count = count,
                                              .count_max = segments->count_max};
-    return bd_ray_walks_run(context, &walk, &segments->walks, &segments->traced, fault);
+    return bd_ray_walks_run(context, &walk, &segments->walks, &segments->traced, detail);
 }
 
 static enum bd_err ask_device(const struct bd_pass_context *context,
                               const struct bd_visibility_inputs *inputs,
                               const struct bd_segment *segments, size_t count, uint32_t *occluded,
-                              struct bd_ray_counts *traced, struct bd_fault *fault)
+                              struct bd_ray_counts *traced, struct bd_err_detail *detail)
 {
     struct bd_gpu *gpu = context->gpu;
     struct bd_segments *part = NULL;
     const size_t most = count < BD_SEGMENTS_MAX ? count : BD_SEGMENTS_MAX;
-    enum bd_err err = bd_segments_create(gpu, most, &part, fault);
+    enum bd_err err = bd_segments_create(gpu, most, &part, detail);
     for (size_t at = 0, now; !err && at < count; at += now) {
         now = count - at < most ? count - at : most;
         bd_buf_upload(gpu, part->segments, 0, segments + at, now * sizeof *segments);
-        err = run_on_device(context, inputs, part, now, fault);
+        err = run_on_device(context, inputs, part, now, detail);
         if (!err)
             err = bd_buf_read(gpu, part->occluded, 0, occluded + at / 32,
                               (now + 31) / 32 * sizeof *occluded);
@@ -123,19 +123,20 @@ static enum bd_err ask_device(const struct bd_pass_context *context,
 enum bd_err bd_visibility_ask(const struct bd_pass_context *context,
                               const struct bd_visibility_inputs *inputs,
                               const struct bd_segment *segments, size_t count, uint32_t *occluded,
-                              struct bd_ray_counts *traced, struct bd_fault *fault)
+                              struct bd_ray_counts *traced, struct bd_err_detail *detail)
 {
     if (count == 0) return BD_ERR_OK;
     return inputs->occluders->rays
                ? ask_processor(context, inputs, segments, count, occluded, traced)
-               : ask_device(context, inputs, segments, count, occluded, traced, fault);
+               : ask_device(context, inputs, segments, count, occluded, traced, detail);
 }
 
 enum bd_err bd_visibility_run(const struct bd_pass_context *context,
                               const struct bd_visibility_inputs *inputs,
-                              struct bd_segments *segments, size_t count, struct bd_fault *fault)
+                              struct bd_segments *segments, size_t count,
+                              struct bd_err_detail *detail)
 {
     BD_ASSERT_CMP(count, <=, segments->count_max);
-    return inputs->occluders->rays ? run_on_processor(context, inputs, segments, count, fault)
-                                   : run_on_device(context, inputs, segments, count, fault);
+    return inputs->occluders->rays ? run_on_processor(context, inputs, segments, count, detail)
+                                   : run_on_device(context, inputs, segments, count, detail);
 }

@@ -40,7 +40,7 @@ struct bd_segments {
 
 BD_MUST_CHECK
 enum bd_err bd_segments_create(struct bd_gpu *gpu, size_t count_max, struct bd_segments **out,
-                               struct bd_fault *fault);
+                               struct bd_err_detail *detail);
 void bd_segments_destroy(struct bd_gpu *gpu, struct bd_segments **segments);
 
 // Answers segments in memory, any number of them: a bit each, words of `occluded`; in slices of
@@ -49,11 +49,12 @@ BD_MUST_CHECK
 enum bd_err bd_visibility_ask(const struct bd_pass_context *context,
                               const struct bd_visibility_inputs *inputs,
                               const struct bd_segment *segments, size_t count, uint32_t *occluded,
-                              struct bd_ray_counts *traced, struct bd_fault *fault);
+                              struct bd_ray_counts *traced, struct bd_err_detail *detail);
 // Answers the first `count`, in slices of their own.
 BD_MUST_CHECK
 enum bd_err bd_visibility_run(const struct bd_pass_context *context,
                               const struct bd_visibility_inputs *inputs,
-                              struct bd_segments *segments, size_t count, struct bd_fault *fault);
+                              struct bd_segments *segments, size_t count,
+                              struct bd_err_detail *detail);
 
 #endif

@@ -22,7 +22,7 @@ static uint32_t level_of_side(uint32_t texels)
     return level;
 }
 
-static enum bd_err cluster_face(struct clusters *c, uint32_t face, struct bd_fault *fault)
+static enum bd_err cluster_face(struct clusters *c, uint32_t face, struct bd_err_detail *detail)
 {
     const struct bd_rsm *rsm = c->inputs->rsm;
     const struct bd_viewpoint viewpoint =
@@ -36,19 +36,19 @@ static enum bd_err cluster_face(struct clusters *c, uint32_t face, struct bd_fau
     };
     inputs.settings.finest_level = level_of_side(c->inputs->finest_block_texels);
     struct bd_discontinuity *discontinuity;
-    enum bd_err err = bd_discontinuity_run(c->context, &inputs, &discontinuity, fault);
+    enum bd_err err = bd_discontinuity_run(c->context, &inputs, &discontinuity, detail);
     if (err) return err;
     err = bd_fragments_run(c->context, &inputs, discontinuity, BD_REFINEMENT_ONE_PASS,
-                           &c->faces[face], fault);
+                           &c->faces[face], detail);
     bd_discontinuity_destroy(c->context->gpu, &discontinuity);
     return err;
 }
 
-static enum bd_err cluster_faces(struct clusters *c, uint32_t *count, struct bd_fault *fault)
+static enum bd_err cluster_faces(struct clusters *c, uint32_t *count, struct bd_err_detail *detail)
 {
     *count = 0;
     for (uint32_t face = 0; face < c->inputs->rsm->face_count; face++) {
-        enum bd_err err = cluster_face(c, face, fault);
+        enum bd_err err = cluster_face(c, face, detail);
         if (err) return err;
         *count += c->faces[face]->count;
     }
@@ -90,17 +90,17 @@ static void dispatch(const struct clusters *c, const struct bd_program *program,
 }
 
 static enum bd_err get_program(const struct clusters *c, bool group_per_vpl,
-                               struct bd_program **out, struct bd_fault *fault)
+                               struct bd_program **out, struct bd_err_detail *detail)
 {
     struct bd_program_source source = {.compute = "pass/vpl_clusters/vpl_clusters.comp"};
     if (group_per_vpl) bd_define(&source.defines, "BD_GROUP_PER_VPL", 1);
-    return bd_program_get(c->context->gpu, &source, out, fault);
+    return bd_program_get(c->context->gpu, &source, out, detail);
 }
 
 #define GROUPS_MAX 65535u // of a dispatch along one axis
 
 static enum bd_err fill_level(const struct clusters *c, uint32_t face, uint32_t level,
-                              uint32_t before, struct bd_fault *fault)
+                              uint32_t before, struct bd_err_detail *detail)
 {
     const struct bd_fragments *fragments = c->faces[face];
     struct slice slice = {.face = face, .before = before};
@@ -108,7 +108,7 @@ static enum bd_err fill_level(const struct clusters *c, uint32_t face, uint32_t 
     const uint32_t end = fragments->level_first[level] + fragments->level_count[level];
     const double units = BD_VPL_BLOCK_UNITS_PER_TEXEL * (1u << level) * (1u << level);
     struct bd_program *program;
-    enum bd_err err = get_program(c, slice.group_per_vpl, &program, fault);
+    enum bd_err err = get_program(c, slice.group_per_vpl, &program, detail);
     bd_slicer_work(c->context->slicer,
                    slice.group_per_vpl ? "vpl_clusters shared" : "vpl_clusters");
     for (slice.first = fragments->level_first[level]; !err && slice.first < end;
@@ -121,14 +121,14 @@ static enum bd_err fill_level(const struct clusters *c, uint32_t face, uint32_t 
     return err;
 }
 
-static enum bd_err fill_list(const struct clusters *c, struct bd_fault *fault)
+static enum bd_err fill_list(const struct clusters *c, struct bd_err_detail *detail)
 {
     uint32_t before = 0;
     enum bd_err err = BD_ERR_OK;
     for (uint32_t face = 0; !err && face < c->inputs->rsm->face_count; face++) {
         const struct bd_fragments *fragments = c->faces[face];
         for (uint32_t level = 0; !err && level < fragments->layout.size_px.z; level++)
-            if (fragments->level_count[level] > 0) err = fill_level(c, face, level, before, fault);
+            if (fragments->level_count[level] > 0) err = fill_level(c, face, level, before, detail);
         before += fragments->count;
     }
     return err;
@@ -136,13 +136,13 @@ static enum bd_err fill_list(const struct clusters *c, struct bd_fault *fault)
 
 enum bd_err bd_vpl_clusters_run(const struct bd_pass_context *context,
                                 const struct bd_vpl_clusters_inputs *inputs,
-                                struct bd_vpl_list **out, struct bd_fault *fault)
+                                struct bd_vpl_list **out, struct bd_err_detail *detail)
 {
     struct clusters c = {.context = context, .inputs = inputs};
     uint32_t count;
-    enum bd_err err = cluster_faces(&c, &count, fault);
-    if (!err) err = bd_vpl_list_create(context->gpu, count, &c.list, fault);
-    if (!err) err = fill_list(&c, fault);
+    enum bd_err err = cluster_faces(&c, &count, detail);
+    if (!err) err = bd_vpl_list_create(context->gpu, count, &c.list, detail);
+    if (!err) err = fill_list(&c, detail);
     for (uint32_t face = 0; face < BD_LIGHT_FACES_MAX; face++)
         bd_fragments_destroy(context->gpu, &c.faces[face]);
     if (err) {

@@ -23,6 +23,6 @@ struct bd_vpl_clusters_inputs {
 BD_MUST_CHECK
 enum bd_err bd_vpl_clusters_run(const struct bd_pass_context *context,
                                 const struct bd_vpl_clusters_inputs *inputs,
-                                struct bd_vpl_list **out, struct bd_fault *fault);
+                                struct bd_vpl_list **out, struct bd_err_detail *detail);
 
 #endif

@@ -54,19 +54,19 @@ static enum bd_err fill_list(const struct vpl_grid *g)
     return BD_ERR_OK;
 }
 
-static enum bd_err get_program(struct vpl_grid *g, struct bd_fault *fault)
+static enum bd_err get_program(struct vpl_grid *g, struct bd_err_detail *detail)
 {
     struct bd_program_source source = {.compute = "pass/vpl_grid/vpl_grid.comp"};
     if (g->group_per_vpl) bd_define(&source.defines, "BD_GROUP_PER_VPL", 1);
     struct bd_program *program = NULL;
-    enum bd_err err = bd_program_get(g->context->gpu, &source, &program, fault);
+    enum bd_err err = bd_program_get(g->context->gpu, &source, &program, detail);
     g->program = program;
     return err;
 }
 
 enum bd_err bd_vpl_grid_run(const struct bd_pass_context *context,
                             const struct bd_vpl_grid_inputs *inputs, struct bd_vpl_list **out,
-                            struct bd_fault *fault)
+                            struct bd_err_detail *detail)
 {
     BD_ASSERT_CMP(inputs->grid_side, <=, inputs->rsm->side_px);
     struct vpl_grid g = {
@@ -75,8 +75,8 @@ enum bd_err bd_vpl_grid_run(const struct bd_pass_context *context,
         .group_per_vpl = inputs->rsm->side_px > BD_VPL_BLOCK_SOLITARY_SIDE_MAX * inputs->grid_side,
     };
     uint32_t count = inputs->grid_side * inputs->grid_side * inputs->rsm->face_count;
-    enum bd_err err = bd_vpl_list_create(context->gpu, count, &g.list, fault);
-    if (!err) err = get_program(&g, fault);
+    enum bd_err err = bd_vpl_list_create(context->gpu, count, &g.list, detail);
+    if (!err) err = get_program(&g, detail);
     if (!err) err = fill_list(&g);
     if (err) {
         bd_vpl_list_destroy(context->gpu, &g.list);

@@ -33,11 +33,11 @@ struct bd_vpl_list {
 BD_MUST_CHECK
 enum bd_err bd_vpl_grid_run(const struct bd_pass_context *context,
                             const struct bd_vpl_grid_inputs *inputs, struct bd_vpl_list **out,
-                            struct bd_fault *fault);
+                            struct bd_err_detail *detail);
 // Its buffers, for whoever fills them. A list may be empty.
 BD_MUST_CHECK
 enum bd_err bd_vpl_list_create(struct bd_gpu *gpu, uint32_t count, struct bd_vpl_list **out,
-                               struct bd_fault *fault);
+                               struct bd_err_detail *detail);
 void bd_vpl_list_destroy(struct bd_gpu *gpu, struct bd_vpl_list **list);
 uint64_t bd_vpl_list_bytes(const struct bd_vpl_list *list);
 

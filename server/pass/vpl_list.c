@@ -13,15 +13,16 @@ _Static_assert(BD_KERNEL_DISK == BD_VPL_KERNEL_DISK, "C and GLSL agree");
 _Static_assert(BD_KERNEL_POINT == BD_VPL_KERNEL_POINT, "C and GLSL agree");
 
 enum bd_err bd_vpl_list_create(struct bd_gpu *gpu, uint32_t count, struct bd_vpl_list **out,
-                               struct bd_fault *fault)
+                               struct bd_err_detail *detail)
 {
     struct bd_vpl_list *list = *out = calloc(1, sizeof **out);
     BD_ASSERT(list);
     list->count = count;
     const size_t vec4s = (count > 0 ? count : 1) * sizeof(struct bd_vec4);
-    enum bd_err err = bd_buf_create(gpu, "vpls", BD_VPL_VEC4S * vec4s, NULL, &list->vpls, fault);
+    enum bd_err err = bd_buf_create(gpu, "vpls", BD_VPL_VEC4S * vec4s, NULL, &list->vpls, detail);
     if (!err)
-        err = bd_buf_create(gpu, "vpl quads", BD_VPL_QUAD_VEC4S * vec4s, NULL, &list->quads, fault);
+        err =
+            bd_buf_create(gpu, "vpl quads", BD_VPL_QUAD_VEC4S * vec4s, NULL, &list->quads, detail);
     if (err) bd_vpl_list_destroy(gpu, out);
     return err;
 }

@@ -81,20 +81,21 @@ static enum bd_err read_list(const struct bd_pass_context *context, const struct
     return err;
 }
 
-static enum bd_err make_entries(size_t count, struct bd_radix_entry **out, struct bd_fault *fault)
+static enum bd_err make_entries(size_t count, struct bd_radix_entry **out,
+                                struct bd_err_detail *detail)
 {
     *out = malloc((count + 1) * sizeof **out);
     if (*out) return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_NO_MEMORY, "vpls", "no memory to put %zu in order", count);
+    return bd_err_set(detail, BD_ERR_NO_MEMORY, "vpls", "no memory to put %zu in order", count);
 }
 
 // By keys of so many bits, of equals the first stays the first.
 static enum bd_err put_in_order(const struct bd_pass_context *context,
                                 struct bd_radix_entry **entries, size_t count, uint32_t bits,
-                                struct bd_fault *fault)
+                                struct bd_err_detail *detail)
 {
     struct bd_radix_entry *spare;
-    enum bd_err err = make_entries(count, &spare, fault);
+    enum bd_err err = make_entries(count, &spare, detail);
     for (uint32_t shift = 0; !err && shift < bits; shift += BD_RADIX_BITS) {
         struct bd_radix_entry *from = *entries;
         bd_radix_pass(from, spare, count, shift);
@@ -149,15 +150,15 @@ static float area_of(uint64_t bits)
 // distance.
 static enum bd_err areas_of(const struct bd_pass_context *context, const struct vpl *vpls,
                             const struct bd_radix_entry *entries, size_t count,
-                            struct bd_radix_entry **out, struct bd_fault *fault)
+                            struct bd_radix_entry **out, struct bd_err_detail *detail)
 {
-    enum bd_err err = make_entries(count, out, fault);
+    enum bd_err err = make_entries(count, out, detail);
     for (size_t i = 0; !err && i < count; i++) {
         const uint32_t own = entries[i].number, next = entries[i + 1 < count ? i + 1 : 0].number;
         (*out)[i] = (struct bd_radix_entry){bits_of(distance2(&vpls[own], &vpls[next])), own};
         err = pause_at(context, i);
     }
-    return err ? err : put_in_order(context, out, count, 32, fault);
+    return err ? err : put_in_order(context, out, count, 32, detail);
 }
 
 static float soft_area_of(const struct vpl *vpls, const struct bd_radix_entry *areas, size_t count)
@@ -175,10 +176,10 @@ static float soft_area_of(const struct vpl *vpls, const struct bd_radix_entry *a
 
 static enum bd_err soften(const struct bd_pass_context *context, struct vpl *vpls,
                           const struct bd_radix_entry *entries, size_t count, float *area,
-                          struct bd_fault *fault)
+                          struct bd_err_detail *detail)
 {
     struct bd_radix_entry *areas;
-    enum bd_err err = areas_of(context, vpls, entries, count, &areas, fault);
+    enum bd_err err = areas_of(context, vpls, entries, count, &areas, detail);
     *area = err ? 0 : soft_area_of(vpls, areas, count);
     for (size_t i = 0; !err && i < count; i++) {
         vpls[i].light[0].w = *area;
@@ -191,7 +192,7 @@ static enum bd_err soften(const struct bd_pass_context *context, struct vpl *vpl
 // --- the list -----------------------------------------------------------------------------------
 
 static enum bd_err write_groups(struct bd_gpu *gpu, const struct bd_vec4 *lights,
-                                struct bd_vpl_list *list, struct bd_fault *fault)
+                                struct bd_vpl_list *list, struct bd_err_detail *detail)
 {
     const uint32_t size = bd_vpl_group_size(list->count);
     if (size == 0) return BD_ERR_OK;
@@ -200,17 +201,17 @@ static enum bd_err write_groups(struct bd_gpu *gpu, const struct bd_vec4 *lights
     BD_ASSERT(groups);
     bd_vpl_groups_make(lights, list->count, size, groups);
     enum bd_err err =
-        bd_buf_create(gpu, "groups of vpls", vec4s * sizeof *groups, groups, &list->groups, fault);
+        bd_buf_create(gpu, "groups of vpls", vec4s * sizeof *groups, groups, &list->groups, detail);
     free(groups);
     return err;
 }
 
 static enum bd_err write_list(const struct bd_pass_context *context, const struct vpl *vpls,
                               const struct bd_radix_entry *entries, size_t count,
-                              struct bd_vpl_list **out, struct bd_fault *fault)
+                              struct bd_vpl_list **out, struct bd_err_detail *detail)
 {
     struct bd_gpu *gpu = context->gpu;
-    enum bd_err err = bd_vpl_list_create(gpu, (uint32_t)count, out, fault);
+    enum bd_err err = bd_vpl_list_create(gpu, (uint32_t)count, out, detail);
     if (err || count == 0) return err;
     struct bd_vec4(*lights)[BD_VPL_VEC4S] = malloc(count * sizeof *lights);
     struct bd_vec4(*quads)[BD_VPL_QUAD_VEC4S] = malloc(count * sizeof *quads);
@@ -223,7 +224,7 @@ static enum bd_err write_list(const struct bd_pass_context *context, const struc
     if (!err) bd_buf_upload(gpu, (*out)->vpls, 0, lights, count * sizeof *lights);
     if (!err) bd_buf_upload(gpu, (*out)->quads, 0, quads, count * sizeof *quads);
     if (!err) err = bd_slicer_pause(context->slicer);
-    if (!err) err = write_groups(gpu, lights[0], *out, fault);
+    if (!err) err = write_groups(gpu, lights[0], *out, detail);
     free(lights);
     free(quads);
     if (err) bd_vpl_list_destroy(gpu, out);
@@ -231,13 +232,13 @@ static enum bd_err write_list(const struct bd_pass_context *context, const struc
 }
 
 // Beyond what a shader can index, reads are undefined.
-static enum bd_err room_for(const struct bd_gpu *gpu, size_t count, struct bd_fault *fault)
+static enum bd_err room_for(const struct bd_gpu *gpu, size_t count, struct bd_err_detail *detail)
 {
     const uint64_t most = bd_gpu_caps(gpu)->array_max_bytes / sizeof((struct vpl *)0)->light;
     if (count <= most && count <= UINT32_MAX) return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_LIMIT, "vpls",
-                        "%zu over all lights; with few rays this device takes %llu", count,
-                        (unsigned long long)most);
+    return bd_err_set(detail, BD_ERR_LIMIT, "vpls",
+                      "%zu over all lights; with few rays this device takes %llu", count,
+                      (unsigned long long)most);
 }
 
 // A list of none would be a case of its own to everybody: one that sends nothing is none.
@@ -258,34 +259,34 @@ static enum bd_err read_lists(const struct bd_pass_context *context,
 
 static enum bd_err order(const struct bd_pass_context *context, const struct vpl *vpls,
                          size_t count, float radius, struct bd_radix_entry **entries,
-                         struct bd_fault *fault)
+                         struct bd_err_detail *detail)
 {
     enum bd_err err = BD_ERR_OK;
     for (size_t i = 0; !err && i < count; i++) {
         (*entries)[i] = (struct bd_radix_entry){key_of(&vpls[i], radius), (uint32_t)i};
         err = pause_at(context, i);
     }
-    return err ? err : put_in_order(context, entries, count, KEY_BITS, fault);
+    return err ? err : put_in_order(context, entries, count, KEY_BITS, detail);
 }
 
 enum bd_err bd_vpl_order_run(const struct bd_pass_context *context,
                              const struct bd_vpl_list *const *lists, uint32_t list_count,
                              float radius, bool soft, struct bd_vpl_list **out,
-                             struct bd_fault *fault)
+                             struct bd_err_detail *detail)
 {
     size_t room = 1, count = 0;
     float soft_area = 0;
     for (uint32_t l = 0; l < list_count; l++) room += lists[l]->count;
     struct vpl *vpls = malloc(room * sizeof *vpls);
     struct bd_radix_entry *entries;
-    enum bd_err err = make_entries(room, &entries, fault);
-    if (!err) err = room_for(context->gpu, room, fault);
+    enum bd_err err = make_entries(room, &entries, detail);
+    if (!err) err = room_for(context->gpu, room, detail);
     if (!err && !vpls)
-        err = bd_fault_set(fault, BD_ERR_NO_MEMORY, "vpls", "no memory to put %zu in order", room);
+        err = bd_err_set(detail, BD_ERR_NO_MEMORY, "vpls", "no memory to put %zu in order", room);
     if (!err) err = read_lists(context, lists, list_count, vpls, &count);
-    if (!err) err = order(context, vpls, count, radius, &entries, fault);
-    if (!err && soft) err = soften(context, vpls, entries, count, &soft_area, fault);
-    if (!err) err = write_list(context, vpls, entries, count, out, fault);
+    if (!err) err = order(context, vpls, count, radius, &entries, detail);
+    if (!err && soft) err = soften(context, vpls, entries, count, &soft_area, detail);
+    if (!err) err = write_list(context, vpls, entries, count, out, detail);
     if (!err) (*out)->soft_area = soft_area;
     free(vpls);
     free(entries);

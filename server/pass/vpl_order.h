@@ -18,6 +18,6 @@ BD_MUST_CHECK
 enum bd_err bd_vpl_order_run(const struct bd_pass_context *context,
                              const struct bd_vpl_list *const *lists, uint32_t list_count,
                              float radius, bool soft, struct bd_vpl_list **out,
-                             struct bd_fault *fault);
+                             struct bd_err_detail *detail);
 
 #endif

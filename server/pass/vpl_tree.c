@@ -148,11 +148,11 @@ static enum bd_err build_level(const struct bd_pass_context *context,
 
 static enum bd_err build_on_device(const struct bd_pass_context *context,
                                    const struct bd_vpl_tree_inputs *inputs,
-                                   const struct bd_vpl_tree *tree, struct bd_fault *fault)
+                                   const struct bd_vpl_tree *tree, struct bd_err_detail *detail)
 {
     const struct bd_program_source source = {.compute = "pass/vpl_tree/vpl_tree.comp"};
     struct bd_program *program;
-    enum bd_err err = bd_program_get(context->gpu, &source, &program, fault);
+    enum bd_err err = bd_program_get(context->gpu, &source, &program, detail);
     if (err) return err;
     bd_slicer_work(context->slicer, "vpl_tree");
     for (uint32_t level = bd_vpl_tree_level_count(tree); !err && level-- > 0;)
@@ -222,13 +222,13 @@ static enum bd_err build_levels(const struct bd_pass_context *context,
 
 static enum bd_err build_native(const struct bd_pass_context *context,
                                 const struct bd_vpl_tree_inputs *inputs,
-                                const struct bd_vpl_tree *tree, struct bd_fault *fault)
+                                const struct bd_vpl_tree *tree, struct bd_err_detail *detail)
 {
     struct bd_gpu *gpu = context->gpu;
     struct bd_native_vpls *vpls = NULL;
     void *nodes = NULL;
-    enum bd_err err = bd_native_lists_borrow(gpu, &inputs->leaves, 1, &vpls, fault);
-    if (!err) err = bd_buf_borrow(gpu, tree->nodes, BD_BORROW_TO_WRITE, &nodes, fault);
+    enum bd_err err = bd_native_lists_borrow(gpu, &inputs->leaves, 1, &vpls, detail);
+    if (!err) err = bd_buf_borrow(gpu, tree->nodes, BD_BORROW_TO_WRITE, &nodes, detail);
     if (!err) err = build_levels(context, inputs, tree, vpls, nodes);
     bd_buf_return(gpu, tree->nodes, BD_BORROW_TO_WRITE, &nodes);
     bd_native_lists_return(gpu, &inputs->leaves, 1, &vpls);
@@ -239,19 +239,19 @@ static enum bd_err build_native(const struct bd_pass_context *context,
 
 static enum bd_err build(const struct bd_pass_context *context,
                          const struct bd_vpl_tree_inputs *inputs, struct bd_vpl_tree *tree,
-                         struct bd_fault *fault)
+                         struct bd_err_detail *detail)
 {
     const size_t bytes =
         (size_t)face_nodes(tree) * tree->face_count * BD_TREE_NODE_VEC4S * sizeof(struct bd_vec4);
-    enum bd_err err = bd_buf_create_unset(context->gpu, "vpl tree", bytes, &tree->nodes, fault);
+    enum bd_err err = bd_buf_create_unset(context->gpu, "vpl tree", bytes, &tree->nodes, detail);
     if (err) return err;
-    return context->processor ? build_native(context, inputs, tree, fault)
-                              : build_on_device(context, inputs, tree, fault);
+    return context->processor ? build_native(context, inputs, tree, detail)
+                              : build_on_device(context, inputs, tree, detail);
 }
 
 enum bd_err bd_vpl_tree_run(const struct bd_pass_context *context,
                             const struct bd_vpl_tree_inputs *inputs, struct bd_vpl_tree **out,
-                            struct bd_fault *fault)
+                            struct bd_err_detail *detail)
 {
     const uint64_t leaf_count =
         (uint64_t)inputs->leaf_side * inputs->leaf_side * inputs->face_count;
@@ -264,7 +264,7 @@ enum bd_err bd_vpl_tree_run(const struct bd_pass_context *context,
     tree->root_side = inputs->root_side;
     tree->leaf_side = inputs->leaf_side;
     describe_light(tree, inputs);
-    enum bd_err err = build(context, inputs, tree, fault);
+    enum bd_err err = build(context, inputs, tree, detail);
     if (err) {
         bd_vpl_tree_destroy(context->gpu, &tree);
         return err;

@@ -39,7 +39,7 @@ uint32_t bd_vpl_tree_level_count(const struct bd_vpl_tree *tree);
 BD_MUST_CHECK
 enum bd_err bd_vpl_tree_run(const struct bd_pass_context *context,
                             const struct bd_vpl_tree_inputs *inputs, struct bd_vpl_tree **out,
-                            struct bd_fault *fault);
+                            struct bd_err_detail *detail);
 void bd_vpl_tree_destroy(struct bd_gpu *gpu, struct bd_vpl_tree **tree);
 uint64_t bd_vpl_tree_bytes(const struct bd_vpl_tree *tree);
 

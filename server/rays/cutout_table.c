@@ -138,7 +138,7 @@ static void fill(const struct table *table)
 }
 
 enum bd_err bd_cutout_table_make(const struct bd_rays *rays, uint64_t bytes_max,
-                                 struct bd_ray_nodes *out, struct bd_fault *fault)
+                                 struct bd_ray_nodes *out, struct bd_err_detail *detail)
 {
     const struct bd_scene *scene = rays->scene;
     struct table table = {.rays = rays, .scene = scene, .out = out};
@@ -151,9 +151,10 @@ enum bd_err bd_cutout_table_make(const struct bd_rays *rays, uint64_t bytes_max,
     if (make_room(&table, bytes_max < UINT32_MAX ? bytes_max : UINT32_MAX))
         fill(&table);
     else
-        err = bd_fault_set(
-            fault, BD_ERR_UNSUPPORTED, "scene", "%zu triangles and %llu texels that are not opaque",
-            rays->levels[0].placed[BD_PLACED_CUTOUT].triangle_count, (unsigned long long)table.texel_count);
+        err = bd_err_set(detail, BD_ERR_UNSUPPORTED, "scene",
+                         "%zu triangles and %llu texels that are not opaque",
+                         rays->levels[0].placed[BD_PLACED_CUTOUT].triangle_count,
+                         (unsigned long long)table.texel_count);
     free(table.place_of_material);
     free(table.place_of_picture);
     return err;

@@ -13,6 +13,6 @@
 // than `bytes_max` each.
 BD_MUST_CHECK
 enum bd_err bd_cutout_table_make(const struct bd_rays *rays, uint64_t bytes_max,
-                                 struct bd_ray_nodes *out, struct bd_fault *fault);
+                                 struct bd_ray_nodes *out, struct bd_err_detail *detail);
 
 #endif

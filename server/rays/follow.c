@@ -156,12 +156,12 @@ static struct cost cost_of(const struct bd_rays *rays, const bool *is_moved,
 // --- following --------------------------------------------------------------------------------
 
 static enum bd_err add_moved(struct bd_rays *rays, const bool *is_moved, const struct cost *cost,
-                             const struct bd_rays_build *build, struct bd_fault *fault)
+                             const struct bd_rays_build *build, struct bd_err_detail *detail)
 {
     const struct bd_rays_wish wish = {.wanted = is_moved,
                                       .lender = rays->levels[0].part,
                                       .quality = quality_for(cost->moved.triangles)};
-    return cost->moved.triangles ? bd_rays_add_built(rays, &wish, build, fault) : BD_ERR_OK;
+    return cost->moved.triangles ? bd_rays_add_built(rays, &wish, build, detail) : BD_ERR_OK;
 }
 
 // What of `is_moved` the earlier one has in its second part: it is left as `is_new` only what none
@@ -186,16 +186,16 @@ static uint64_t find_settled(const struct bd_rays *rays, const struct bd_rays *e
 // On the first part of the earlier one, all else beside it.
 static enum bd_err share_first(struct bd_rays *rays, struct bd_rays_part *part,
                                const struct match *match, const struct cost *cost,
-                               const struct bd_rays_build *build, struct bd_fault *fault)
+                               const struct bd_rays_build *build, struct bd_err_detail *detail)
 {
-    enum bd_err err = bd_rays_add_shared(rays, part, match->now, fault);
-    return err ? err : add_moved(rays, match->is_moved, cost, build, fault);
+    enum bd_err err = bd_rays_add_shared(rays, part, match->now, detail);
+    return err ? err : add_moved(rays, match->is_moved, cost, build, detail);
 }
 
 // Both parts anew, the second of what is new: what moves once often moves again, and then the first
 // is shared.
 static enum bd_err build_anew(struct bd_rays *rays, const bool *is_new,
-                              const struct bd_rays_build *build, struct bd_fault *fault)
+                              const struct bd_rays_build *build, struct bd_err_detail *detail)
 {
     const uint32_t count = rays->scene->instance_count;
     bool *is_settled = calloc((size_t)count + 1, sizeof *is_settled);
@@ -205,14 +205,14 @@ static enum bd_err build_anew(struct bd_rays *rays, const bool *is_new,
     const bool is_split = cost.of_ray <= COST_MAX;
     const struct bd_rays_wish first = {.wanted = is_split ? is_settled : NULL,
                                        .quality = RTC_BUILD_QUALITY_MEDIUM};
-    enum bd_err err = bd_rays_add_built(rays, &first, build, fault);
-    if (!err && is_split) err = add_moved(rays, is_new, &cost, build, fault);
+    enum bd_err err = bd_rays_add_built(rays, &first, build, detail);
+    if (!err && is_split) err = add_moved(rays, is_new, &cost, build, detail);
     free(is_settled);
     return err;
 }
 
 static enum bd_err follow(struct bd_rays *rays, const struct bd_rays *earlier,
-                          const struct bd_rays_build *build, struct bd_fault *fault)
+                          const struct bd_rays_build *build, struct bd_err_detail *detail)
 {
     struct bd_rays_part *part = earlier->levels[0].part;
     struct match match = match_part(rays, part);
@@ -224,8 +224,8 @@ static enum bd_err follow(struct bd_rays *rays, const struct bd_rays *earlier,
     const bool shares = bd_rays_could_follow(earlier, rays->scene) && cost.of_ray <= COST_MAX &&
                         rays->wasted <= WASTED_MAX * cost.all.triangles;
     if (!shares) rays->wasted = 0;
-    enum bd_err err = shares ? share_first(rays, part, &match, &cost, build, fault)
-                             : build_anew(rays, is_new, build, fault);
+    enum bd_err err = shares ? share_first(rays, part, &match, &cost, build, detail)
+                             : build_anew(rays, is_new, build, detail);
     free_match(&match);
     free(is_new);
     return err;
@@ -245,11 +245,11 @@ bool bd_rays_share(const struct bd_rays *a, const struct bd_rays *b)
 
 enum bd_err bd_rays_follow(const struct bd_rays *earlier, struct bd_scene *scene,
                            const struct bd_rays_build *build, struct bd_rays **out,
-                           struct bd_fault *fault)
+                           struct bd_err_detail *detail)
 {
     struct bd_rays *rays;
-    enum bd_err err = bd_rays_begin(scene, build, &rays, fault);
-    if (!err) err = follow(rays, earlier, build, fault);
+    enum bd_err err = bd_rays_begin(scene, build, &rays, detail);
+    if (!err) err = follow(rays, earlier, build, detail);
     if (err) bd_rays_destroy(&rays);
     *out = rays;
     return err;

@@ -256,55 +256,56 @@ static bool make_room(struct making *making, uint32_t leaf_count)
 
 // --- all of it ----------------------------------------------------------------------------------
 
-static enum bd_err no_memory(const struct making *making, struct bd_fault *fault)
+static enum bd_err no_memory(const struct making *making, struct bd_err_detail *detail)
 {
-    return bd_fault_set(fault, BD_ERR_NO_MEMORY, "scene", "no memory for a tree of %u triangles",
-                        count_triangles(making));
+    return bd_err_set(detail, BD_ERR_NO_MEMORY, "scene", "no memory for a tree of %u triangles",
+                      count_triangles(making));
 }
 
-static enum bd_err build_nodes(struct making *making, struct bd_fault *fault)
+static enum bd_err build_nodes(struct making *making, struct bd_err_detail *detail)
 {
     RTCBVH tree = rtcNewBVH(making->level->part->device->embree);
     const struct knot *root = build_tree(making, tree);
-    enum bd_err err = bd_rays_built(making->level->part, &making->watch, fault);
+    enum bd_err err = bd_rays_built(making->level->part, &making->watch, detail);
     if (!err && !make_room(making, atomic_load(&making->leaf_count)))
-        err = no_memory(making, fault);
+        err = no_memory(making, detail);
     if (!err) {
         flatten(making, root);
-        err = bd_rays_built(making->level->part, &making->watch, fault);
+        err = bd_rays_built(making->level->part, &making->watch, detail);
     }
     if (!err) finish_nodes(making->out);
     rtcReleaseBVH(tree);
     return err;
 }
 
-static enum bd_err make_nodes(struct making *making, struct bd_fault *fault)
+static enum bd_err make_nodes(struct making *making, struct bd_err_detail *detail)
 {
     const uint32_t count = count_triangles(making);
     making->boxes = bd_huge_pages_alloc((count + 1) * sizeof *making->boxes);
-    if (!making->boxes) return no_memory(making, fault);
+    if (!making->boxes) return no_memory(making, detail);
     list_boxes(making, count);
-    const enum bd_err err = making->box_count ? build_nodes(making, fault) : BD_ERR_OK;
+    const enum bd_err err = making->box_count ? build_nodes(making, detail) : BD_ERR_OK;
     free(making->boxes);
     return err;
 }
 
 // Whether the scene is one for a device.
-static enum bd_err look_at(const struct bd_scene *scene, uint64_t bytes_max, struct bd_fault *fault)
+static enum bd_err look_at(const struct bd_scene *scene, uint64_t bytes_max,
+                           struct bd_err_detail *detail)
 {
     // Of a triangle: the most nodes that a tree has for it.
     const uint64_t fitting = bytes_max / (2 * sizeof(struct bd_ray_node));
     const uint64_t most =
         fitting < BD_RAY_NODES_TRIANGLES_MAX ? fitting : BD_RAY_NODES_TRIANGLES_MAX;
     if (scene->features.triangle_count <= most) return BD_ERR_OK;
-    return bd_fault_set(
-        fault, BD_ERR_UNSUPPORTED, "scene", "%llu triangles, instanced; the device takes %llu",
-        (unsigned long long)scene->features.triangle_count, (unsigned long long)most);
+    return bd_err_set(detail, BD_ERR_UNSUPPORTED, "scene",
+                      "%llu triangles, instanced; the device takes %llu",
+                      (unsigned long long)scene->features.triangle_count, (unsigned long long)most);
 }
 
 enum bd_err bd_ray_nodes_create(struct bd_scene *scene, const struct bd_rays_build *build,
                                 uint64_t bytes_max, struct bd_ray_nodes **out,
-                                struct bd_fault *fault)
+                                struct bd_err_detail *detail)
 {
     struct bd_rays *placed = NULL;
     const struct bd_rays_build all = {build->thread_count, UINT64_MAX, build->should_stop,
@@ -312,17 +313,17 @@ enum bd_err bd_ray_nodes_create(struct bd_scene *scene, const struct bd_rays_bui
     const struct bd_rays_wish wish = {.is_only_placed = true};
     struct making making = {.watch = {.build = &all}};
     *out = NULL;
-    enum bd_err err = look_at(scene, bytes_max, fault);
-    if (!err) err = bd_rays_begin(scene, &all, &placed, fault);
-    if (!err) err = bd_rays_add_built(placed, &wish, &all, fault);
+    enum bd_err err = look_at(scene, bytes_max, detail);
+    if (!err) err = bd_rays_begin(scene, &all, &placed, detail);
+    if (!err) err = bd_rays_add_built(placed, &wish, &all, detail);
     if (!err) {
         making.placed = placed;
         making.level = &placed->levels[0];
         making.out = *out = calloc(1, sizeof **out);
         BD_ASSERT(making.out);
-        err = make_nodes(&making, fault);
+        err = make_nodes(&making, detail);
     }
-    if (!err) err = bd_cutout_table_make(placed, bytes_max, making.out, fault);
+    if (!err) err = bd_cutout_table_make(placed, bytes_max, making.out, detail);
     bd_rays_destroy(&placed);
     if (err) bd_ray_nodes_destroy(out);
     return err;

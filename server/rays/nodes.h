@@ -37,7 +37,7 @@ struct bd_ray_nodes {
 BD_MUST_CHECK
 enum bd_err bd_ray_nodes_create(struct bd_scene *scene, const struct bd_rays_build *build,
                                 uint64_t bytes_max, struct bd_ray_nodes **out,
-                                struct bd_fault *fault);
+                                struct bd_err_detail *detail);
 void bd_ray_nodes_destroy(struct bd_ray_nodes **nodes);
 
 #endif

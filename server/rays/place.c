@@ -209,24 +209,24 @@ static bool make_room(struct bd_placed_triangles *placed)
 }
 
 enum bd_err bd_rays_place(const struct bd_rays *rays, struct bd_rays_part *part,
-                          struct bd_fault *fault)
+                          struct bd_err_detail *detail)
 {
     count(rays, part);
     part->pieces = calloc((size_t)part->piece_count + 1, sizeof *part->pieces);
     if (!part->pieces)
-        return bd_fault_set(fault, BD_ERR_NO_MEMORY, "scene", "no memory for %u pieces",
-                            part->piece_count);
+        return bd_err_set(detail, BD_ERR_NO_MEMORY, "scene", "no memory for %u pieces",
+                          part->piece_count);
     for (int k = 0; k < BD_PLACED_COUNT; k++) {
         const struct bd_placed_triangles *placed = &part->placed[k];
         if (placed->vertex_count > UINT32_MAX || placed->triangle_count >= BD_NO_TRIANGLE)
-            return bd_fault_set(fault, BD_ERR_LIMIT, "scene",
-                                "rays take %u vertices and triangles at most; there are %zu and "
-                                "%zu",
-                                UINT32_MAX - 1, placed->vertex_count, placed->triangle_count);
+            return bd_err_set(detail, BD_ERR_LIMIT, "scene",
+                              "rays take %u vertices and triangles at most; there are %zu and "
+                              "%zu",
+                              UINT32_MAX - 1, placed->vertex_count, placed->triangle_count);
         if (!make_room(&part->placed[k]))
-            return bd_fault_set(fault, BD_ERR_NO_MEMORY, "scene",
-                                "no memory for %zu vertices and %zu triangles",
-                                placed->vertex_count, placed->triangle_count);
+            return bd_err_set(detail, BD_ERR_NO_MEMORY, "scene",
+                              "no memory for %zu vertices and %zu triangles", placed->vertex_count,
+                              placed->triangle_count);
     }
     place_all(rays, part);
     return BD_ERR_OK;

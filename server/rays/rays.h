@@ -52,7 +52,7 @@ struct bd_rays_build {
 // more triangles than have numbers, BD_ERR_UNSUPPORTED where Embree does not start.
 BD_MUST_CHECK
 enum bd_err bd_rays_create(struct bd_scene *scene, const struct bd_rays_build *build,
-                           struct bd_rays **out, struct bd_fault *fault);
+                           struct bd_rays **out, struct bd_err_detail *detail);
 // The same, sooner: made of what an earlier snapshot's structure has of it, and what is new or
 // moved beside that. Answers are those of one that is built anew, to the bit; rays may take half as
 // long again, and where they would take longer it is built anew. The earlier one stays as it is,
@@ -61,7 +61,7 @@ enum bd_err bd_rays_create(struct bd_scene *scene, const struct bd_rays_build *b
 BD_MUST_CHECK
 enum bd_err bd_rays_follow(const struct bd_rays *earlier, struct bd_scene *scene,
                            const struct bd_rays_build *build, struct bd_rays **out,
-                           struct bd_fault *fault);
+                           struct bd_err_detail *detail);
 bool bd_rays_could_follow(const struct bd_rays *earlier, const struct bd_scene *scene);
 // Whether the one was built on what the other has.
 bool bd_rays_share(const struct bd_rays *a, const struct bd_rays *b);

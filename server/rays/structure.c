@@ -49,7 +49,7 @@ static bool count_memory(void *user, ssize_t bytes, bool after)
     return true;
 }
 
-static struct bd_ray_device *create_device(uint32_t thread_count, struct bd_fault *fault)
+static struct bd_ray_device *create_device(uint32_t thread_count, struct bd_err_detail *detail)
 {
     char config[32];
     struct bd_ray_device *device = calloc(1, sizeof *device);
@@ -62,8 +62,8 @@ static struct bd_ray_device *create_device(uint32_t thread_count, struct bd_faul
         return device;
     }
     free(device);
-    (void)bd_fault_set(fault, BD_ERR_UNSUPPORTED, "rays", "Embree does not start: %d",
-                       (int)rtcGetDeviceError(NULL));
+    (void)bd_err_set(detail, BD_ERR_UNSUPPORTED, "rays", "Embree does not start: %d",
+                     (int)rtcGetDeviceError(NULL));
     return NULL;
 }
 
@@ -262,21 +262,20 @@ bool bd_rays_go_on(void *user, double share)
 }
 
 enum bd_err bd_rays_built(const struct bd_rays_part *part, const struct bd_rays_watch *watch,
-                          struct bd_fault *fault)
+                          struct bd_err_detail *detail)
 {
     const enum RTCError error = rtcGetDeviceError(part->device->embree);
     if (atomic_load(&watch->stops))
-        return bd_fault_set(fault, BD_ERR_CANCELLED, "rays", "stopped while building");
+        return bd_err_set(detail, BD_ERR_CANCELLED, "rays", "stopped while building");
     if (error == RTC_ERROR_NONE) return BD_ERR_OK;
-    return bd_fault_set(fault,
-                        error == RTC_ERROR_OUT_OF_MEMORY ? BD_ERR_NO_MEMORY : BD_ERR_INTERNAL,
-                        "rays", "the acceleration structure of %llu triangles: Embree error %d",
-                        (unsigned long long)part->triangle_count, (int)error);
+    return bd_err_set(detail, error == RTC_ERROR_OUT_OF_MEMORY ? BD_ERR_NO_MEMORY : BD_ERR_INTERNAL,
+                      "rays", "the acceleration structure of %llu triangles: Embree error %d",
+                      (unsigned long long)part->triangle_count, (int)error);
 }
 
 static enum bd_err commit(const struct bd_rays *rays, struct bd_rays_part *part,
                           enum RTCBuildQuality quality, const struct bd_rays_build *build,
-                          struct bd_fault *fault)
+                          struct bd_err_detail *detail)
 {
     struct bd_rays_watch watch = {.build = build};
     const int64_t before = __atomic_load_n(&part->device->bytes, __ATOMIC_RELAXED);
@@ -288,7 +287,7 @@ static enum bd_err commit(const struct bd_rays *rays, struct bd_rays_part *part,
     rtcSetSceneProgressMonitorFunction(part->top, NULL, NULL);
     const int64_t after = __atomic_load_n(&part->device->bytes, __ATOMIC_RELAXED);
     if (after > before) part->embree_bytes = (uint64_t)(after - before);
-    return bd_rays_built(part, &watch, fault);
+    return bd_rays_built(part, &watch, detail);
 }
 
 // --- levels -----------------------------------------------------------------------------------
@@ -330,15 +329,15 @@ static void number_shown(const struct bd_rays *rays, struct bd_rays_level *level
 }
 
 enum bd_err bd_rays_add_shared(struct bd_rays *rays, struct bd_rays_part *part, const uint32_t *now,
-                               struct bd_fault *fault)
+                               struct bd_err_detail *detail)
 {
     static const struct bd_instance_place nowhere = {BD_NOWHERE, BD_NOWHERE, false};
     BD_ASSERT_CMP(rays->level_count, <, BD_RAYS_LEVELS_MAX);
     struct bd_rays_level *level = &rays->levels[rays->level_count++];
     level->part = retain_part(part);
     if (!make_numbers(level))
-        return bd_fault_set(fault, BD_ERR_NO_MEMORY, "scene", "no memory for %llu numbers",
-                            (unsigned long long)part->triangle_count);
+        return bd_err_set(detail, BD_ERR_NO_MEMORY, "scene", "no memory for %llu numbers",
+                          (unsigned long long)part->triangle_count);
     for (uint32_t s = 0; s < part->shown_count; s++) {
         const struct bd_shown *shown = &part->shown[s];
         if (now[s] == BD_NOWHERE) level->has_stale = true;
@@ -353,26 +352,26 @@ enum bd_err bd_rays_add_shared(struct bd_rays *rays, struct bd_rays_part *part, 
 }
 
 static enum bd_err add_whole(struct bd_rays *rays, struct bd_rays_part *part,
-                             struct bd_fault *fault)
+                             struct bd_err_detail *detail)
 {
     uint32_t *now = calloc((size_t)part->shown_count + 1, sizeof *now);
     BD_ASSERT(now);
     for (uint32_t s = 0; s < part->shown_count; s++) now[s] = part->shown[s].instance;
-    enum bd_err err = bd_rays_add_shared(rays, part, now, fault);
+    enum bd_err err = bd_rays_add_shared(rays, part, now, detail);
     free(now);
     return err;
 }
 
 enum bd_err bd_rays_add_built(struct bd_rays *rays, const struct bd_rays_wish *wish,
-                              const struct bd_rays_build *build, struct bd_fault *fault)
+                              const struct bd_rays_build *build, struct bd_err_detail *detail)
 {
     struct bd_rays_part *part = create_part(rays, wish->wanted, wish->lender);
-    enum bd_err err = bd_rays_place(rays, part, fault);
+    enum bd_err err = bd_rays_place(rays, part, detail);
     if (!err && wish->lender) part->device = retain_device(wish->lender->device);
-    if (!err && !wish->lender) part->device = create_device(build->thread_count, fault);
+    if (!err && !wish->lender) part->device = create_device(build->thread_count, detail);
     if (!err && !part->device) err = BD_ERR_UNSUPPORTED;
-    if (!err && !wish->is_only_placed) err = commit(rays, part, wish->quality, build, fault);
-    if (!err) err = add_whole(rays, part, fault);
+    if (!err && !wish->is_only_placed) err = commit(rays, part, wish->quality, build, detail);
+    if (!err) err = add_whole(rays, part, detail);
     if (!err) rays->levels[rays->level_count - 1].is_its_own = true;
     release_part(part);
     return err;
@@ -381,7 +380,7 @@ enum bd_err bd_rays_add_built(struct bd_rays *rays, const struct bd_rays_wish *w
 // --- structures -------------------------------------------------------------------------------
 
 enum bd_err bd_rays_begin(struct bd_scene *scene, const struct bd_rays_build *build,
-                          struct bd_rays **out, struct bd_fault *fault)
+                          struct bd_rays **out, struct bd_err_detail *detail)
 {
     struct bd_rays *rays = *out = calloc(1, sizeof *rays);
     BD_ASSERT(rays);
@@ -390,22 +389,22 @@ enum bd_err bd_rays_begin(struct bd_scene *scene, const struct bd_rays_build *bu
     bd_triangle_order_init(&rays->order, scene);
     rays->places = calloc((size_t)scene->instance_count + 1, sizeof *rays->places);
     if (!rays->places)
-        return bd_fault_set(fault, BD_ERR_NO_MEMORY, "scene", "no memory for %u instances",
-                            scene->instance_count);
+        return bd_err_set(detail, BD_ERR_NO_MEMORY, "scene", "no memory for %u instances",
+                          scene->instance_count);
     bd_rays_decide(rays, build->repeated_max);
     if (rays->order.triangle_count < BD_NO_TRIANGLE) return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_LIMIT, "scene",
-                        "%llu triangles, instanced; rays take %u at most",
-                        (unsigned long long)rays->order.triangle_count, BD_NO_TRIANGLE - 1);
+    return bd_err_set(detail, BD_ERR_LIMIT, "scene",
+                      "%llu triangles, instanced; rays take %u at most",
+                      (unsigned long long)rays->order.triangle_count, BD_NO_TRIANGLE - 1);
 }
 
 enum bd_err bd_rays_create(struct bd_scene *scene, const struct bd_rays_build *build,
-                           struct bd_rays **out, struct bd_fault *fault)
+                           struct bd_rays **out, struct bd_err_detail *detail)
 {
     const struct bd_rays_wish all = {.quality = RTC_BUILD_QUALITY_MEDIUM};
     struct bd_rays *rays;
-    enum bd_err err = bd_rays_begin(scene, build, &rays, fault);
-    if (!err) err = bd_rays_add_built(rays, &all, build, fault);
+    enum bd_err err = bd_rays_begin(scene, build, &rays, detail);
+    if (!err) err = bd_rays_add_built(rays, &all, build, detail);
     if (err) bd_rays_destroy(&rays);
     *out = rays;
     return err;

@@ -107,7 +107,7 @@ void bd_rays_decide(struct bd_rays *rays, uint64_t repeated_max);
 // Fills the part's `placed` and `pieces`, and where each of `shown` begins.
 BD_MUST_CHECK
 enum bd_err bd_rays_place(const struct bd_rays *rays, struct bd_rays_part *part,
-                          struct bd_fault *fault);
+                          struct bd_err_detail *detail);
 struct bd_mesh_frame bd_mesh_frame_of(const struct bd_mesh *mesh);
 // Render space from the frame, for an instance: three columns and an offset. False where 32 bits
 // would cost more than rounding does: uneven scales, or too large or small for the inverse.
@@ -123,7 +123,7 @@ uint32_t bd_rays_group_end(const struct bd_triangle_order *order, uint32_t first
 // Nothing built yet: the snapshot's order, and what becomes of each instance.
 BD_MUST_CHECK
 enum bd_err bd_rays_begin(struct bd_scene *scene, const struct bd_rays_build *build,
-                          struct bd_rays **out, struct bd_fault *fault);
+                          struct bd_rays **out, struct bd_err_detail *detail);
 // What a level is built of, and how.
 struct bd_rays_wish {
     const bool *wanted;          // of each of the scene's instances; NULL: all
@@ -140,17 +140,17 @@ bool bd_rays_go_on(void *watch, double share);
 // How building ended.
 BD_MUST_CHECK
 enum bd_err bd_rays_built(const struct bd_rays_part *part, const struct bd_rays_watch *watch,
-                          struct bd_fault *fault);
+                          struct bd_err_detail *detail);
 // Builds a part of the snapshot and adds it as a level. After a failure the structure is good for
 // bd_rays_destroy alone.
 BD_MUST_CHECK
 enum bd_err bd_rays_add_built(struct bd_rays *rays, const struct bd_rays_wish *wish,
-                              const struct bd_rays_build *build, struct bd_fault *fault);
+                              const struct bd_rays_build *build, struct bd_err_detail *detail);
 // Adds one that is there: `now` has which of the scene's instances each of those shown is,
 // BD_NOWHERE for what is no more.
 BD_MUST_CHECK
 enum bd_err bd_rays_add_shared(struct bd_rays *rays, struct bd_rays_part *part, const uint32_t *now,
-                               struct bd_fault *fault);
+                               struct bd_err_detail *detail);
 // Whether two meshes are the same triangles, each opaque or not in both scenes.
 bool bd_rays_same_mesh(const struct bd_scene *a, uint32_t mesh_a, const struct bd_scene *b,
                        uint32_t mesh_b);

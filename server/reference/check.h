@@ -108,6 +108,6 @@ struct bd_check_cache;
 BD_MUST_CHECK
 enum bd_err bd_check_run(const struct bd_check_frame *frame, const struct bd_check_options *options,
                          const struct bd_check_tracer *tracer, struct bd_check_cache *cache,
-                         struct bd_check_result *out, struct bd_fault *fault);
+                         struct bd_check_result *out, struct bd_err_detail *detail);
 
 #endif

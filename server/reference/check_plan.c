@@ -49,17 +49,17 @@ static bool has_shape(const struct bd_image *image, const struct bd_image *beaut
             image->channel_count == channel_count);
 }
 
-enum bd_err bd_check_frame_check(const struct bd_check_frame *frame, struct bd_fault *fault)
+enum bd_err bd_check_frame_check(const struct bd_check_frame *frame, struct bd_err_detail *detail)
 {
     const struct bd_image *beauty = frame->beauty;
     if (beauty->channel_count < 3)
-        return bd_fault_set(fault, BD_ERR_USAGE, "layers", "beauty has %u channels, not 3 or 4",
-                            beauty->channel_count);
+        return bd_err_set(detail, BD_ERR_USAGE, "layers", "beauty has %u channels, not 3 or 4",
+                          beauty->channel_count);
     if (!has_shape(frame->indirect, beauty, 3) || !has_shape(frame->normal, beauty, 3) ||
         !has_shape(frame->albedo, beauty, 3) || !has_shape(frame->depth, beauty, 1) ||
         !has_shape(frame->level, beauty, 1))
-        return bd_fault_set(fault, BD_ERR_USAGE, "layers",
-                            "the layers of a checked frame differ in size or channels");
+        return bd_err_set(detail, BD_ERR_USAGE, "layers",
+                          "the layers of a checked frame differ in size or channels");
     return BD_ERR_OK;
 }
 
@@ -261,11 +261,12 @@ static void choose(const struct bd_check_frame *frame, const float *scores, cons
 }
 
 enum bd_err bd_check_plan_make(const struct bd_check_frame *frame, uint32_t sample_count,
-                               uint64_t seed, struct bd_check_plan *out, struct bd_fault *fault)
+                               uint64_t seed, struct bd_check_plan *out,
+                               struct bd_err_detail *detail)
 {
     *out = (struct bd_check_plan){.width_px = frame->beauty->width_px,
                                   .height_px = frame->beauty->height_px};
-    enum bd_err err = bd_check_frame_check(frame, fault);
+    enum bd_err err = bd_check_frame_check(frame, detail);
     if (err) return err;
     measure_image(frame->beauty, out);
     if (sample_count > out->pixel_count) sample_count = (uint32_t)out->pixel_count;
@@ -277,7 +278,7 @@ enum bd_err bd_check_plan_make(const struct bd_check_frame *frame, uint32_t samp
         make_strata(bins, sample_count, out);
         choose(frame, scores, bins, seed, out);
     } else {
-        err = bd_fault_set(fault, BD_ERR_NO_MEMORY, "check", "no memory to choose pixels");
+        err = bd_err_set(detail, BD_ERR_NO_MEMORY, "check", "no memory to choose pixels");
     }
     free(scores);
     free(bins);

@@ -32,12 +32,13 @@ struct bd_check_plan {
 // and seed make the same plan. `bd_check_plan_finish` also after a failure.
 BD_MUST_CHECK
 enum bd_err bd_check_plan_make(const struct bd_check_frame *frame, uint32_t sample_count,
-                               uint64_t seed, struct bd_check_plan *out, struct bd_fault *fault);
+                               uint64_t seed, struct bd_check_plan *out,
+                               struct bd_err_detail *detail);
 void bd_check_plan_finish(struct bd_check_plan *plan);
 
 // Whether the layers fit together: BD_ERR_USAGE names what is wrong.
 BD_MUST_CHECK
-enum bd_err bd_check_frame_check(const struct bd_check_frame *frame, struct bd_fault *fault);
+enum bd_err bd_check_frame_check(const struct bd_check_frame *frame, struct bd_err_detail *detail);
 
 #define BD_CHECK_DEPTH_OF_NOTHING_M 1e10f
 

@@ -123,7 +123,7 @@ static struct scouting scouting_of(const struct bd_check_frame *frame, uint64_t 
 enum bd_err bd_check_scout(const struct bd_check_frame *frame, uint64_t seed,
                            const struct bd_check_tracer *tracer, struct bd_check_cache *cache,
                            uint64_t *sample_count, struct bd_check_surprise *out,
-                           struct bd_fault *fault)
+                           struct bd_err_detail *detail)
 {
     struct scouting s = scouting_of(frame, seed, tracer);
     const uint32_t count = s.columns * s.rows;
@@ -135,7 +135,7 @@ enum bd_err bd_check_scout(const struct bd_check_frame *frame, uint64_t seed,
     *out = (struct bd_check_surprise){s.step_px, s.columns,
                                       calloc((size_t)count * 2, sizeof *out->blocks)};
     if (!s.surprises || !s.seen || !out->blocks)
-        err = bd_fault_set(fault, BD_ERR_NO_MEMORY, "check", "no memory to look around");
+        err = bd_err_set(detail, BD_ERR_NO_MEMORY, "check", "no memory to look around");
     if (!err && !is_known) {
         err = tracer->loop(tracer->user, (count + ITEM_SCOUTS - 1) / ITEM_SCOUTS, look_item, &s);
         if (!err) *sample_count += 2 * (uint64_t)count;

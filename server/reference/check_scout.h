@@ -30,6 +30,6 @@ BD_MUST_CHECK
 enum bd_err bd_check_scout(const struct bd_check_frame *frame, uint64_t seed,
                            const struct bd_check_tracer *tracer, struct bd_check_cache *cache,
                            uint64_t *sample_count, struct bd_check_surprise *out,
-                           struct bd_fault *fault);
+                           struct bd_err_detail *detail);
 
 #endif

@@ -72,14 +72,14 @@ static bool choose(struct looking *l)
     return l->pixels != NULL;
 }
 
-static enum bd_err no_memory(struct bd_fault *fault)
+static enum bd_err no_memory(struct bd_err_detail *detail)
 {
-    return bd_fault_set(fault, BD_ERR_NO_MEMORY, "check", "no memory to look at edges");
+    return bd_err_set(detail, BD_ERR_NO_MEMORY, "check", "no memory to look at edges");
 }
 
 enum bd_err bd_check_find_ties(const struct bd_check_frame *frame,
                                const struct bd_check_tracer *tracer, struct bd_check_ties *out,
-                               struct bd_fault *fault)
+                               struct bd_err_detail *detail)
 {
     *out = (struct bd_check_ties){0};
     if (!tracer->first_surface || !frame->depth || !frame->normal || !frame->albedo)
@@ -87,9 +87,9 @@ enum bd_err bd_check_find_ties(const struct bd_check_frame *frame,
     const uint32_t width = frame->beauty->width_px, height = frame->beauty->height_px;
     struct looking l = {.frame = frame, .tracer = tracer};
     out->differs = l.differs = calloc(width, height);
-    if (!out->differs) return no_memory(fault);
+    if (!out->differs) return no_memory(detail);
     enum bd_err err = tracer->loop(tracer->user, height, find_edges_of_row, &l);
-    if (!err && !choose(&l)) err = no_memory(fault);
+    if (!err && !choose(&l)) err = no_memory(detail);
     if (!err && l.count > 0)
         err = tracer->loop(tracer->user, (l.count + ITEM_PIXELS - 1) / ITEM_PIXELS, look_item, &l);
     free(l.pixels);

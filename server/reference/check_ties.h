@@ -21,6 +21,6 @@ struct bd_check_ties {
 BD_MUST_CHECK
 enum bd_err bd_check_find_ties(const struct bd_check_frame *frame,
                                const struct bd_check_tracer *tracer, struct bd_check_ties *out,
-                               struct bd_fault *fault);
+                               struct bd_err_detail *detail);
 
 #endif

@@ -293,31 +293,31 @@ static void put_into_cache(const struct check *check)
 
 enum bd_err bd_check_run(const struct bd_check_frame *frame, const struct bd_check_options *options,
                          const struct bd_check_tracer *tracer, struct bd_check_cache *cache,
-                         struct bd_check_result *out, struct bd_fault *fault)
+                         struct bd_check_result *out, struct bd_err_detail *detail)
 {
     *out = (struct bd_check_result){0};
     if (options->pixel_count < BD_CHECK_PIXELS_MIN || options->pixel_count > BD_CHECK_PIXELS_MAX)
-        return bd_fault_set(fault, BD_ERR_USAGE, "check", "%u: must be from %d to %d pixels",
-                            options->pixel_count, BD_CHECK_PIXELS_MIN, BD_CHECK_PIXELS_MAX);
+        return bd_err_set(detail, BD_ERR_USAGE, "check", "%u: must be from %d to %d pixels",
+                          options->pixel_count, BD_CHECK_PIXELS_MIN, BD_CHECK_PIXELS_MAX);
     struct check check = {.options = options, .tracer = tracer, .cache = cache};
     struct bd_check_frame seen = *frame;
     struct bd_check_surprise surprise = {0};
     struct bd_check_ties ties = {0};
-    enum bd_err err = bd_check_frame_check(frame, fault);
+    enum bd_err err = bd_check_frame_check(frame, detail);
     if (!err && !options->blind)
-        err = bd_check_scout(frame, options->seed, tracer, cache, &check.traced, &surprise, fault);
-    if (!err && !options->blind) err = bd_check_find_ties(frame, tracer, &ties, fault);
+        err = bd_check_scout(frame, options->seed, tracer, cache, &check.traced, &surprise, detail);
+    if (!err && !options->blind) err = bd_check_find_ties(frame, tracer, &ties, detail);
     seen.surprise = surprise.blocks ? &surprise : NULL;
     seen.ties = ties.differs ? &ties : NULL;
     if (!err)
-        err = bd_check_plan_make(&seen, options->pixel_count, options->seed, &check.plan, fault);
+        err = bd_check_plan_make(&seen, options->pixel_count, options->seed, &check.plan, detail);
     free(surprise.blocks);
     free(ties.differs);
     check.pixels = calloc((size_t)check.plan.sample_count + 1, sizeof *check.pixels);
     check.levels = calloc((size_t)check.plan.sample_count + 1, sizeof *check.levels);
     if (!err && (!check.pixels || !check.levels))
-        err = bd_fault_set(fault, BD_ERR_NO_MEMORY, "check", "no memory for %u traced pixels",
-                           options->pixel_count);
+        err = bd_err_set(detail, BD_ERR_NO_MEMORY, "check", "no memory for %u traced pixels",
+                         options->pixel_count);
     if (!err) err = trace_and_estimate(&check, frame->beauty, out);
     if (!err) put_into_cache(&check);
     out->sample_count = check.traced;

@@ -108,23 +108,24 @@ static struct bd_tree_light light_at(const void *user, uint32_t index)
     return light;
 }
 
-static enum bd_err allocate(struct bd_emitters *emitters, size_t count, struct bd_fault *fault)
+static enum bd_err allocate(struct bd_emitters *emitters, size_t count,
+                            struct bd_err_detail *detail)
 {
     emitters->part = malloc(count * sizeof *emitters->part);
     emitters->triangle = malloc(count * sizeof *emitters->triangle);
     emitters->inverse_area = malloc(count * sizeof *emitters->inverse_area);
     if (emitters->part && emitters->triangle && emitters->inverse_area) return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_NO_MEMORY, "reference",
-                        "no memory for %zu emissive triangles", count);
+    return bd_err_set(detail, BD_ERR_NO_MEMORY, "reference", "no memory for %zu emissive triangles",
+                      count);
 }
 
 enum bd_err bd_emitters_init(struct bd_emitters *emitters, struct bd_geometry *geometry,
-                             struct bd_fault *fault)
+                             struct bd_err_detail *detail)
 {
     *emitters = (struct bd_emitters){0};
     size_t count = count_emitters(geometry);
     if (count == 0) return BD_ERR_OK;
-    enum bd_err err = allocate(emitters, count, fault);
+    enum bd_err err = allocate(emitters, count, detail);
     if (err) return err;
     for (uint32_t p = 0; p < geometry->part_count; p++) {
         if (!is_emissive(geometry->parts[p].material)) continue;
@@ -132,7 +133,7 @@ enum bd_err bd_emitters_init(struct bd_emitters *emitters, struct bd_geometry *g
         list_part(emitters, geometry, p);
     }
     const struct listed listed = {emitters, geometry};
-    err = bd_light_tree_init(&emitters->tree, emitters->count, false, light_at, &listed, fault);
+    err = bd_light_tree_init(&emitters->tree, emitters->count, false, light_at, &listed, detail);
     if (!err && emitters->tree.count == 0) emitters->count = 0;
     return err;
 }

@@ -25,7 +25,7 @@ struct bd_emitters {
 // Numbers the triangles and sets `first_emitter` of the parts.
 BD_MUST_CHECK
 enum bd_err bd_emitters_init(struct bd_emitters *emitters, struct bd_geometry *geometry,
-                             struct bd_fault *fault);
+                             struct bd_err_detail *detail);
 void bd_emitters_finish(struct bd_emitters *emitters);
 
 // Emitters for that receiver (NULL: by flux), as bd_light_tree_choose. Not to be called without

@@ -70,7 +70,7 @@ static bool has_same_shape(const struct bd_scene *a, const struct bd_scene *b)
 }
 
 static enum bd_err make_shape(const struct bd_scene *scene, struct bd_shape **out,
-                              struct bd_fault *fault)
+                              struct bd_err_detail *detail)
 {
     struct bd_shape *shape = *out = calloc(1, sizeof *shape);
     BD_ASSERT(shape);
@@ -83,9 +83,9 @@ static enum bd_err make_shape(const struct bd_scene *scene, struct bd_shape **ou
     arrays->triangles = bd_huge_pages_alloc(counts.triangles * sizeof *arrays->triangles);
     arrays->tangents = bd_huge_pages_alloc(counts.bent_triangles * sizeof *arrays->tangents);
     if (!arrays->positions || !arrays->triangles || !arrays->tangents)
-        return bd_fault_set(fault, BD_ERR_NO_MEMORY, "reference",
-                            "no memory for %zu vertices and %zu triangles", counts.vertices,
-                            counts.triangles);
+        return bd_err_set(detail, BD_ERR_NO_MEMORY, "reference",
+                          "no memory for %zu vertices and %zu triangles", counts.vertices,
+                          counts.triangles);
     arrays->positions[3 * counts.vertices] = 0;
     return BD_ERR_OK;
 }
@@ -239,15 +239,15 @@ static bool go_on(void *user, double share)
 }
 
 static enum bd_err build(struct bd_geometry *g, uint32_t thread_count, struct watch *watch,
-                         struct bd_fault *fault)
+                         struct bd_err_detail *detail)
 {
     char config[32];
     snprintf(config, sizeof config, "threads=%u", thread_count);
     struct bd_shape *shape = g->shape;
     shape->device = rtcNewDevice(config);
     if (!shape->device)
-        return bd_fault_set(fault, BD_ERR_UNSUPPORTED, "reference", "Embree does not start: %d",
-                            (int)rtcGetDeviceError(NULL));
+        return bd_err_set(detail, BD_ERR_UNSUPPORTED, "reference", "Embree does not start: %d",
+                          (int)rtcGetDeviceError(NULL));
     rtcSetDeviceMemoryMonitorFunction(shape->device, count_memory, &shape->embree_bytes);
     g->embree = shape->embree = rtcNewScene(shape->device);
     // Robust: no ray slips between two triangles that share an edge.
@@ -260,34 +260,32 @@ static enum bd_err build(struct bd_geometry *g, uint32_t thread_count, struct wa
     enum RTCError error = rtcGetDeviceError(shape->device);
     if (atomic_load(&watch->answer)) return atomic_load(&watch->answer);
     if (error == RTC_ERROR_NONE) return BD_ERR_OK;
-    return bd_fault_set(
-        fault, error == RTC_ERROR_OUT_OF_MEMORY ? BD_ERR_NO_MEMORY : BD_ERR_INTERNAL, "reference",
-        "the acceleration structure of %llu triangles: Embree error %d",
-        (unsigned long long)g->scene->features.triangle_count, (int)error);
+    return bd_err_set(detail, error == RTC_ERROR_OUT_OF_MEMORY ? BD_ERR_NO_MEMORY : BD_ERR_INTERNAL,
+                      "reference", "the acceleration structure of %llu triangles: Embree error %d",
+                      (unsigned long long)g->scene->features.triangle_count, (int)error);
 }
 
-static enum bd_err make_parts(struct bd_geometry *geometry, struct bd_fault *fault)
+static enum bd_err make_parts(struct bd_geometry *geometry, struct bd_err_detail *detail)
 {
     const size_t count = geometry->shape->counts.parts;
     geometry->parts = calloc(count + 1, sizeof *geometry->parts);
     if (geometry->parts) return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_NO_MEMORY, "reference", "no memory for %zu primitives",
-                        count);
+    return bd_err_set(detail, BD_ERR_NO_MEMORY, "reference", "no memory for %zu primitives", count);
 }
 
 enum bd_err bd_geometry_init(struct bd_geometry *geometry, const struct bd_scene *scene,
                              uint32_t thread_count, bd_reference_should_stop should_stop,
-                             void *user, struct bd_fault *fault)
+                             void *user, struct bd_err_detail *detail)
 {
     *geometry = (struct bd_geometry){.scene = scene};
     set_space(geometry);
-    enum bd_err err = make_shape(scene, &geometry->shape, fault);
-    if (!err) err = make_parts(geometry, fault);
+    enum bd_err err = make_shape(scene, &geometry->shape, detail);
+    if (!err) err = make_parts(geometry, detail);
     if (err) return err;
     bd_flatten(geometry);
     struct watch watch = {.should_stop = should_stop, .user = user};
     if (!go_on(&watch, 0)) return atomic_load(&watch.answer);
-    return build(geometry, thread_count, &watch, fault);
+    return build(geometry, thread_count, &watch, detail);
 }
 
 bool bd_geometry_init_like(struct bd_geometry *geometry, const struct bd_scene *scene,

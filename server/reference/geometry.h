@@ -64,7 +64,7 @@ struct bd_shape_arrays bd_shape_arrays_of(const struct bd_shape *shape);
 BD_MUST_CHECK
 enum bd_err bd_geometry_init(struct bd_geometry *geometry, const struct bd_scene *scene,
                              uint32_t thread_count, bd_reference_should_stop should_stop,
-                             void *user, struct bd_fault *fault);
+                             void *user, struct bd_err_detail *detail);
 // The same with the shape of another one, without building anything; false where that is another
 // shape, by the aspects of the two snapshots. `like` may be finished before or after.
 BD_MUST_CHECK

@@ -466,7 +466,7 @@ static bool allocate(struct building *b, uint32_t count, bool is_punctuals)
 }
 
 enum bd_err bd_light_tree_init(struct bd_light_tree *tree, uint32_t count, bool is_punctuals,
-                               bd_tree_light_at at, const void *user, struct bd_fault *fault)
+                               bd_tree_light_at at, const void *user, struct bd_err_detail *detail)
 {
     *tree = (struct bd_light_tree){0};
     if (count == 0) return BD_ERR_OK;
@@ -474,8 +474,8 @@ enum bd_err bd_light_tree_init(struct bd_light_tree *tree, uint32_t count, bool 
     struct building b = {.tree = tree};
     enum bd_err err = BD_ERR_OK;
     if (!allocate(&b, count, is_punctuals))
-        err = bd_fault_set(fault, BD_ERR_NO_MEMORY, "reference",
-                           "no memory for a tree of %u lights", count);
+        err = bd_err_set(detail, BD_ERR_NO_MEMORY, "reference", "no memory for a tree of %u lights",
+                         count);
     if (!err) list(&b, count, at, user);
     if (!err && tree->count > 0) {
         tree->node_count = 1;

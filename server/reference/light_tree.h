@@ -73,7 +73,7 @@ typedef struct bd_tree_light (*bd_tree_light_at)(const void *user, uint32_t inde
 // At most 2^30 lights. `is_punctuals`: they have reaches, and do not shine by the cosine.
 BD_MUST_CHECK
 enum bd_err bd_light_tree_init(struct bd_light_tree *tree, uint32_t count, bool is_punctuals,
-                               bd_tree_light_at at, const void *user, struct bd_fault *fault);
+                               bd_tree_light_at at, const void *user, struct bd_err_detail *detail);
 void bd_light_tree_finish(struct bd_light_tree *tree);
 uint64_t bd_light_tree_bytes(const struct bd_light_tree *tree, uint32_t light_count);
 

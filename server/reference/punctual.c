@@ -112,21 +112,21 @@ static struct bd_tree_light light_at(const void *user, uint32_t index)
 }
 
 enum bd_err bd_punctuals_init(struct bd_punctuals *punctuals, const struct bd_geometry *geometry,
-                              double unit_cd_m2, struct bd_fault *fault)
+                              double unit_cd_m2, struct bd_err_detail *detail)
 {
     const struct bd_scene *scene = geometry->scene;
     *punctuals = (struct bd_punctuals){.radius = (float)geometry->radius};
     punctuals->punctuals =
         calloc((size_t)scene->placed_light_count + 1, sizeof *punctuals->punctuals);
     if (!punctuals->punctuals)
-        return bd_fault_set(fault, BD_ERR_NO_MEMORY, "reference", "no memory for %u lights",
-                            scene->placed_light_count);
+        return bd_err_set(detail, BD_ERR_NO_MEMORY, "reference", "no memory for %u lights",
+                          scene->placed_light_count);
     list(punctuals, geometry, unit_cd_m2, false);
     punctuals->near_count = punctuals->count;
     list(punctuals, geometry, unit_cd_m2, true);
     set_probabilities(punctuals);
     return bd_light_tree_init(&punctuals->tree, punctuals->near_count, true, light_at, punctuals,
-                              fault);
+                              detail);
 }
 
 void bd_punctuals_finish(struct bd_punctuals *punctuals)

@@ -36,7 +36,7 @@ struct bd_punctuals {
 // `unit_cd_m2`: reference unit of luminance, a power of two.
 BD_MUST_CHECK
 enum bd_err bd_punctuals_init(struct bd_punctuals *punctuals, const struct bd_geometry *geometry,
-                              double unit_cd_m2, struct bd_fault *fault);
+                              double unit_cd_m2, struct bd_err_detail *detail);
 void bd_punctuals_finish(struct bd_punctuals *punctuals);
 
 // The largest illuminance at one reference unit, in cd/m^2 per unit: for choosing the unit.

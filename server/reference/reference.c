@@ -53,26 +53,26 @@ static void set_medium(struct bd_medium *medium, const struct bd_material *m, do
     }
 }
 
-static enum bd_err set_media(struct bd_reference *r, struct bd_fault *fault)
+static enum bd_err set_media(struct bd_reference *r, struct bd_err_detail *detail)
 {
     const struct bd_scene *scene = r->scene;
     r->media = calloc((size_t)scene->material_count + 1, sizeof *r->media);
     if (!r->media)
-        return bd_fault_set(fault, BD_ERR_NO_MEMORY, "reference", "no memory for %u materials",
-                            scene->material_count);
+        return bd_err_set(detail, BD_ERR_NO_MEMORY, "reference", "no memory for %u materials",
+                          scene->material_count);
     for (uint32_t i = 0; i < scene->material_count; i++)
         set_medium(&r->media[i], &scene->materials[i], r->geometry.units_per_m);
     return BD_ERR_OK;
 }
 
 // What follows from a snapshot whose triangles are prepared.
-static enum bd_err init_light(struct bd_reference *r, struct bd_fault *fault)
+static enum bd_err init_light(struct bd_reference *r, struct bd_err_detail *detail)
 {
     r->unit_cd_m2 = unit_of(&r->geometry);
-    enum bd_err err = set_media(r, fault);
-    if (!err) err = bd_punctuals_init(&r->punctuals, &r->geometry, r->unit_cd_m2, fault);
-    if (!err) err = bd_emitters_init(&r->emitters, &r->geometry, fault);
-    if (!err) err = bd_sky_init(&r->sky, &r->scene->environment, fault);
+    enum bd_err err = set_media(r, detail);
+    if (!err) err = bd_punctuals_init(&r->punctuals, &r->geometry, r->unit_cd_m2, detail);
+    if (!err) err = bd_emitters_init(&r->emitters, &r->geometry, detail);
+    if (!err) err = bd_sky_init(&r->sky, &r->scene->environment, detail);
     return err;
 }
 
@@ -86,12 +86,12 @@ static struct bd_reference *of_scene(struct bd_scene *scene)
 
 enum bd_err bd_reference_create(struct bd_scene *scene, uint32_t thread_count,
                                 bd_reference_should_stop should_stop, void *user,
-                                struct bd_reference **out, struct bd_fault *fault)
+                                struct bd_reference **out, struct bd_err_detail *detail)
 {
     struct bd_reference *reference = of_scene(scene);
     enum bd_err err =
-        bd_geometry_init(&reference->geometry, scene, thread_count, should_stop, user, fault);
-    if (!err) err = init_light(reference, fault);
+        bd_geometry_init(&reference->geometry, scene, thread_count, should_stop, user, detail);
+    if (!err) err = init_light(reference, detail);
     if (err)
         bd_reference_destroy(&reference);
     else
@@ -100,11 +100,11 @@ enum bd_err bd_reference_create(struct bd_scene *scene, uint32_t thread_count,
 }
 
 enum bd_err bd_reference_create_like(struct bd_scene *scene, const struct bd_reference *like,
-                                     struct bd_reference **out, struct bd_fault *fault)
+                                     struct bd_reference **out, struct bd_err_detail *detail)
 {
     struct bd_reference *reference = of_scene(scene);
     enum bd_err err = bd_geometry_init_like(&reference->geometry, scene, &like->geometry)
-                          ? init_light(reference, fault)
+                          ? init_light(reference, detail)
                           : BD_ERR_NOT_FOUND;
     if (err)
         bd_reference_destroy(&reference);

@@ -82,18 +82,18 @@ typedef enum bd_err (*bd_reference_should_stop)(void *user);
 
 // Builds everything that tracing needs; keeps a reference to the scene. `thread_count` builds the
 // acceleration structure, 0 = all of the machine. `should_stop` (or NULL) is asked meanwhile; what
-// it answers, unless BD_ERR_OK, is returned, with no fault. BD_ERR_NO_MEMORY with what was too
+// it answers, unless BD_ERR_OK, is returned, with no error. BD_ERR_NO_MEMORY with what was too
 // large.
 BD_MUST_CHECK
 enum bd_err bd_reference_create(struct bd_scene *scene, uint32_t thread_count,
                                 bd_reference_should_stop should_stop, void *user,
-                                struct bd_reference **out, struct bd_fault *fault);
+                                struct bd_reference **out, struct bd_err_detail *detail);
 // The same with what takes long, the triangles' acceleration structure, of another one, where the
 // two snapshots have it in common: light, colours, roughness, emission and cameras may differ.
-// Where they have not, BD_ERR_NOT_FOUND, with no fault, and nothing was built.
+// Where they have not, BD_ERR_NOT_FOUND, with no error, and nothing was built.
 BD_MUST_CHECK
 enum bd_err bd_reference_create_like(struct bd_scene *scene, const struct bd_reference *like,
-                                     struct bd_reference **out, struct bd_fault *fault);
+                                     struct bd_reference **out, struct bd_err_detail *detail);
 // Destroys and nulls; takes NULL.
 void bd_reference_destroy(struct bd_reference **reference);
 

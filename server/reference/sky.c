@@ -57,7 +57,7 @@ static bool build(struct bd_sky *sky, const struct bd_sky_map *map)
 }
 
 enum bd_err bd_sky_init(struct bd_sky *sky, const struct bd_environment *environment,
-                        struct bd_fault *fault)
+                        struct bd_err_detail *detail)
 {
     const struct bd_sky_map *map = environment->map;
     const float *factor = environment->radiance;
@@ -69,8 +69,8 @@ enum bd_err bd_sky_init(struct bd_sky *sky, const struct bd_environment *environ
     sky->rows = malloc(map->height_px * sizeof *sky->rows);
     sky->columns = malloc(texel_count * sizeof *sky->columns);
     if (!sky->rows || !sky->columns)
-        return bd_fault_set(fault, BD_ERR_NO_MEMORY, "environment", "no memory for %zu texels",
-                            texel_count);
+        return bd_err_set(detail, BD_ERR_NO_MEMORY, "environment", "no memory for %zu texels",
+                          texel_count);
     sky->shines = sky->is_sampled = build(sky, map);
     return BD_ERR_OK;
 }

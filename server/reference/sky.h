@@ -23,7 +23,7 @@ struct bd_sky {
 
 BD_MUST_CHECK
 enum bd_err bd_sky_init(struct bd_sky *sky, const struct bd_environment *environment,
-                        struct bd_fault *fault);
+                        struct bd_err_detail *detail);
 void bd_sky_finish(struct bd_sky *sky);
 
 // Luminance in cd/m^2 from a unit direction.

@@ -38,7 +38,7 @@ static uint64_t last_frame_bytes(bool software)
 }
 
 enum bd_err bd_sched_open_device(struct bd_sched *sched, uint32_t lose_after,
-                                 struct bd_fault *fault)
+                                 struct bd_err_detail *detail)
 {
     const struct bd_gpu_options options = {
         .device = sched->device,
@@ -47,7 +47,7 @@ enum bd_err bd_sched_open_device(struct bd_sched *sched, uint32_t lose_after,
         .quick_code = sched->options.quick_code,
         .lose_after_waits = lose_after,
     };
-    enum bd_err err = bd_gpu_create(&options, &sched->gpu, fault);
+    enum bd_err err = bd_gpu_create(&options, &sched->gpu, detail);
     if (err) return err;
     const struct bd_gpu_caps *caps = bd_gpu_caps(sched->gpu);
     uint64_t limit = memory_limit_bytes(sched->options.gpu_memory_mib, caps);
@@ -90,7 +90,7 @@ void bd_sched_drop_device(struct bd_sched *sched)
 
 void bd_sched_mend_device(struct bd_sched *sched)
 {
-    struct bd_fault fault = {0};
-    if (!sched->gpu && bd_sched_open_device(sched, 0, &fault))
-        bd_log(BD_LOG_ERROR, "sched", "no device any more: %s", fault.message);
+    struct bd_err_detail detail = {0};
+    if (!sched->gpu && bd_sched_open_device(sched, 0, &detail))
+        bd_log(BD_LOG_ERROR, "sched", "no device any more: %s", detail.message);
 }

@@ -59,17 +59,17 @@ enum bd_err bd_job_should_stop(void *user)
 
 void bd_job_describe_failure(struct bd_job *job)
 {
-    struct bd_fault *fault = &job->result.fault;
+    struct bd_err_detail *detail = &job->result.detail;
     enum bd_err err = job->result.err;
     if (err == BD_ERR_CANCELLED)
-        (void)bd_fault_set(fault, err, "", "cancelled");
+        (void)bd_err_set(detail, err, "", "cancelled");
     else if (err == BD_ERR_DEADLINE)
-        (void)bd_fault_set(fault, err, "deadline_ms", "the deadline of %u ms passed",
-                           job->request.frame.deadline_ms);
+        (void)bd_err_set(detail, err, "deadline_ms", "the deadline of %u ms passed",
+                         job->request.frame.deadline_ms);
     else if (err == BD_ERR_DEVICE_LOST)
-        (void)bd_fault_set(fault, err, "", "the device was lost twice; the job is given up");
-    else if (fault->err != err)
-        (void)bd_fault_set(fault, err, "", "%s", bd_err_name(err));
+        (void)bd_err_set(detail, err, "", "the device was lost twice; the job is given up");
+    else if (detail->err != err)
+        (void)bd_err_set(detail, err, "", "%s", bd_err_name(err));
 }
 
 // Whatever ended it, and wherever it was: also in a queue, where nobody had begun a report, and

@@ -48,7 +48,7 @@ enum bd_err bd_job_should_stop(void *user);
 // Whether its deadline has passed.
 bool bd_job_is_late(const struct bd_job *job);
 
-// Fills the fault of a cancel, of a deadline, and of an error that nobody described.
+// Fills the error of a cancel, of a deadline, and of an error that nobody described.
 void bd_job_describe_failure(struct bd_job *job);
 
 // Publishes the result: wakes waiters, calls `done`, drops the scheduler's reference.

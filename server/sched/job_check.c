@@ -130,7 +130,7 @@ static void finish(struct bd_job *job, enum bd_stopped stopped)
     result->report.time_ms = check->spent_ms;
     result->report.stopped = stopped;
     result->err = BD_ERR_OK;
-    result->fault = (struct bd_fault){0};
+    result->detail = (struct bd_err_detail){0};
     for (uint32_t l = 0; l < BD_LAYER_COUNT; l++)
         if (!(check->layers_asked >> l & 1)) bd_image_destroy(&result->layers[l]);
 }
@@ -167,7 +167,7 @@ static enum bd_err measure(struct bd_reference_runner *runner, struct bd_check_v
 {
     struct bd_job *job = checked->job;
     uint64_t start_ns = bd_clock_ns();
-    enum bd_err err = bd_job_check_measure(runner, views, checked, out, &job->result.fault);
+    enum bd_err err = bd_job_check_measure(runner, views, checked, out, &job->result.detail);
     spend(job, start_ns);
     return err;
 }
@@ -251,11 +251,12 @@ static void report_floor(struct bd_reference_runner *runner, struct bd_job *job)
 // The best frame is the result of a job whose next one failed.
 static void give_best(struct bd_job *job)
 {
-    const struct bd_fault fault = job->result.fault;
+    const struct bd_err_detail detail = job->result.detail;
     const bool is_late = job->result.err == BD_ERR_DEADLINE;
     finish(job, is_late ? BD_STOPPED_DEADLINE : BD_STOPPED_FLOOR);
     if (!is_late)
-        bd_report_flag(&job->result.report, "error_floor: better settings fail: %s", fault.message);
+        bd_report_flag(&job->result.report, "error_floor: better settings fail: %s",
+                       detail.message);
 }
 
 // --- the reference instead ----------------------------------------------------------------------
@@ -360,7 +361,7 @@ static enum bd_err report_hidden(struct bd_reference_runner *runner,
     uint64_t start_ns = bd_clock_ns();
     double share;
     enum bd_err err =
-        bd_job_check_hidden_share(runner, checked, &share, &checked->job->result.fault);
+        bd_job_check_hidden_share(runner, checked, &share, &checked->job->result.detail);
     spend(checked->job, start_ns);
     if (!err && !isnan(share))
         bd_report_reword(report, BD_FLAG_UNOCCLUDED,

@@ -77,21 +77,21 @@ static void show_progress(void *user, double share)
 // into an integrand (technique/params.c). `model_of` NULL: all of the rendering equation.
 static enum bd_err reference_params(const struct bd_checked *checked,
                                     const struct bd_technique *model_of, struct bd_param_list *out,
-                                    struct bd_fault *fault)
+                                    struct bd_err_detail *detail)
 {
     const struct bd_frame_request *request = &checked->job->request.frame;
     struct bd_params params;
-    enum bd_err err = bd_params_read(&request->params, checked->technique, &params, fault);
+    enum bd_err err = bd_params_read(&request->params, checked->technique, &params, detail);
     char text[BD_PARAM_KEY_MAX + BD_PARAM_VALUE_MAX] = "model_of=";
     out->count = 0;
-    if (!err && model_of) err = bd_param_list_add(out, strcat(text, model_of->name), fault);
+    if (!err && model_of) err = bd_param_list_add(out, strcat(text, model_of->name), detail);
     // What a model leaves out by default may be asked for.
     const bool is_own = model_of == checked->technique;
     if (!err && is_own && model_of->params_read & BD_READS(BD_PARAM_INDIRECT_VISIBILITY) &&
         params.indirect_visibility == BD_VISIBILITY_RAYS)
-        err = bd_param_list_add(out, "indirect_visibility=rays", fault);
-    if (!err && params.lambert) err = bd_param_list_add(out, "brdf=lambert", fault);
-    if (!err && request->aa > 1) err = bd_param_list_add(out, "filter=box", fault);
+        err = bd_param_list_add(out, "indirect_visibility=rays", detail);
+    if (!err && params.lambert) err = bd_param_list_add(out, "brdf=lambert", detail);
+    if (!err && request->aa > 1) err = bd_param_list_add(out, "filter=box", detail);
     return err;
 }
 
@@ -103,9 +103,9 @@ static const struct bd_technique *model_of(const struct bd_checked *checked)
 void bd_job_check_settings(const struct bd_checked *checked, char *out, size_t size)
 {
     struct bd_param_list list;
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     out[0] = 0;
-    if (reference_params(checked, model_of(checked), &list, &fault)) return;
+    if (reference_params(checked, model_of(checked), &list, &detail)) return;
     for (uint32_t i = 0; i < list.count; i++) {
         size_t used = strlen(out);
         snprintf(out + used, size - used, "%s%s=%s", used ? " " : "", list.pairs[i].key,
@@ -116,17 +116,17 @@ void bd_job_check_settings(const struct bd_checked *checked, char *out, size_t s
 // The same view, and what is to be solved there.
 static enum bd_err plan_reference(const struct bd_checked *checked,
                                   const struct bd_technique *model_of, struct tracing *tracing,
-                                  struct bd_fault *fault)
+                                  struct bd_err_detail *detail)
 {
     const struct bd_job *job = checked->job;
     struct bd_frame_request request = job->request.frame;
-    enum bd_err err = reference_params(checked, model_of, &request.params, fault);
+    enum bd_err err = reference_params(checked, model_of, &request.params, detail);
     strcpy(request.technique, bd_technique_reference.name);
     request.aa = 1;
     struct bd_plan plan;
     struct bd_report *report = calloc(1, sizeof *report);
     BD_ASSERT(report);
-    if (!err) err = bd_plan_make(job->request.scene, &request, &plan, report, fault);
+    if (!err) err = bd_plan_make(job->request.scene, &request, &plan, report, detail);
     free(report);
     if (err) return err;
     tracing->integrand = bd_reference_integrand_of(&plan.params);
@@ -157,15 +157,15 @@ static struct bd_check_frame frame_of(struct bd_image *const layers[BD_LAYER_COU
 
 enum bd_err bd_job_check_measure(struct bd_reference_runner *runner, struct bd_check_views *views,
                                  const struct bd_checked *checked, struct bd_check_result *out,
-                                 struct bd_fault *fault)
+                                 struct bd_err_detail *detail)
 {
     struct bd_job *job = checked->job;
     struct tracing tracing = {.runner = runner, .job = job, .seed = job->request.frame.seed};
     bool reused;
-    enum bd_err err = plan_reference(checked, model_of(checked), &tracing, fault);
+    enum bd_err err = plan_reference(checked, model_of(checked), &tracing, detail);
     if (!err)
         err = bd_reference_runner_take(runner, job->request.scene, bd_job_should_stop, job,
-                                       &tracing.reference, &reused, fault);
+                                       &tracing.reference, &reused, detail);
     if (err) return err;
     const struct bd_check_frame frame = frame_of(checked->layers);
     const struct bd_check_options options = options_of(checked);
@@ -176,7 +176,7 @@ enum bd_err bd_job_check_measure(struct bd_reference_runner *runner, struct bd_c
                                                  .view = &tracing.view,
                                                  .seed = tracing.seed};
     struct bd_check_cache *cache = bd_check_views_find(views, &subject);
-    err = bd_check_run(&frame, &options, &tracer, cache, out, fault);
+    err = bd_check_run(&frame, &options, &tracer, cache, out, detail);
     bd_reference_runner_give_back(runner, &tracing.reference);
     return err;
 }
@@ -204,7 +204,7 @@ static void trace_indirect(void *user, uint32_t x_px, uint32_t y_px, uint32_t fi
 // The mean of indirect light over the picture, by the integrand; the frame's own indirect light
 // says where to look.
 static enum bd_err mean_indirect(const struct bd_checked *checked, struct tracing *tracing,
-                                 double *out, struct bd_fault *fault)
+                                 double *out, struct bd_err_detail *detail)
 {
     const struct bd_check_frame frame = {
         .beauty = checked->layers[BD_LAYER_INDIRECT],
@@ -217,27 +217,27 @@ static enum bd_err mean_indirect(const struct bd_checked *checked, struct tracin
     options.blind = true;
     const struct bd_check_tracer tracer = {trace_indirect, loop, tracing, NULL};
     struct bd_check_result result;
-    enum bd_err err = bd_check_run(&frame, &options, &tracer, NULL, &result, fault);
+    enum bd_err err = bd_check_run(&frame, &options, &tracer, NULL, &result, detail);
     *out = result.mean_reference;
     return err;
 }
 
 enum bd_err bd_job_check_hidden_share(struct bd_reference_runner *runner,
                                       const struct bd_checked *checked, double *out,
-                                      struct bd_fault *fault)
+                                      struct bd_err_detail *detail)
 {
     struct bd_job *job = checked->job;
     struct tracing tracing = {.runner = runner, .job = job, .seed = job->request.frame.seed};
     double open = 0, seen = 0;
     bool reused;
-    enum bd_err err = plan_reference(checked, checked->technique, &tracing, fault);
+    enum bd_err err = plan_reference(checked, checked->technique, &tracing, detail);
     if (!err)
         err = bd_reference_runner_take(runner, job->request.scene, bd_job_should_stop, job,
-                                       &tracing.reference, &reused, fault);
+                                       &tracing.reference, &reused, detail);
     if (err) return err;
-    err = mean_indirect(checked, &tracing, &open, fault);
+    err = mean_indirect(checked, &tracing, &open, detail);
     tracing.integrand.indirect_visibility = true;
-    if (!err && open > 0) err = mean_indirect(checked, &tracing, &seen, fault);
+    if (!err && open > 0) err = mean_indirect(checked, &tracing, &seen, detail);
     bd_reference_runner_give_back(runner, &tracing.reference);
     *out = open > 0 ? fmin(fmax(1 - seen / open, 0), 1) : NAN;
     return err;
@@ -302,15 +302,15 @@ double bd_job_check_model_limit(struct bd_reference_runner *runner,
     options.blind = true;
     const struct bd_check_tracer tracer = {trace_difference, loop, &difference, NULL};
     struct bd_check_result result;
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     bool reused;
-    enum bd_err err = plan_reference(checked, NULL, &difference.full, &fault);
-    if (!err) err = plan_reference(checked, other, &difference.model, &fault);
+    enum bd_err err = plan_reference(checked, NULL, &difference.full, &detail);
+    if (!err) err = plan_reference(checked, other, &difference.model, &detail);
     if (!err)
         err = bd_reference_runner_take(runner, job->request.scene, bd_job_should_stop, job,
-                                       &difference.full.reference, &reused, &fault);
+                                       &difference.full.reference, &reused, &detail);
     difference.model.reference = difference.full.reference;
-    if (!err) err = bd_check_run(&frame, &options, &tracer, NULL, &result, &fault);
+    if (!err) err = bd_check_run(&frame, &options, &tracer, NULL, &result, &detail);
     bd_reference_runner_give_back(runner, &difference.full.reference);
     if (err || !(mean_reference > 0)) return INFINITY;
     return result.high * result.mean_reference / mean_reference;

@@ -28,7 +28,7 @@ struct bd_checked {
 BD_MUST_CHECK
 enum bd_err bd_job_check_measure(struct bd_reference_runner *runner, struct bd_check_views *views,
                                  const struct bd_checked *checked, struct bd_check_result *out,
-                                 struct bd_fault *fault);
+                                 struct bd_err_detail *detail);
 
 // What technique reference is to be asked for to solve, for this view, what the frame is measured
 // against: "model_of=rsm filter=box"; "" for all of the rendering equation at pixel centres.
@@ -40,7 +40,7 @@ void bd_job_check_settings(const struct bd_checked *checked, char *out, size_t s
 BD_MUST_CHECK
 enum bd_err bd_job_check_hidden_share(struct bd_reference_runner *runner,
                                       const struct bd_checked *checked, double *out,
-                                      struct bd_fault *fault);
+                                      struct bd_err_detail *detail);
 
 // Upper end of the error that `other` would have against the whole equation with all the samples in
 // the world, by the same pixels; INFINITY where that cannot be told. `mean_reference` is of the

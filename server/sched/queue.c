@@ -133,7 +133,7 @@ void bd_job_queue_fail_all(struct bd_job_queue *queue)
     struct bd_job *job;
     while ((job = bd_job_queue_pop(queue)) != NULL) {
         job->result.err = BD_ERR_CANCELLED;
-        (void)bd_fault_set(&job->result.fault, BD_ERR_CANCELLED, "", "the daemon is stopping");
+        (void)bd_err_set(&job->result.detail, BD_ERR_CANCELLED, "", "the daemon is stopping");
         bd_job_end(job);
     }
 }

@@ -42,9 +42,9 @@ static enum bd_err should_stop_filtering(void *user)
 
 static enum bd_err filter_light(struct bd_reference_runner *runner, struct filtering *filtering,
                                 const struct bd_light_filter_inputs *inputs, struct bd_image *light,
-                                struct bd_fault *fault)
+                                struct bd_err_detail *detail)
 {
-    enum bd_err err = bd_light_filter_create(inputs, &filtering->filter, fault);
+    enum bd_err err = bd_light_filter_create(inputs, &filtering->filter, detail);
     if (err) return err;
     const uint32_t passes = bd_light_filter_pass_count(filtering->filter);
     for (filtering->pass = 0; !err && filtering->pass < passes; filtering->pass++)
@@ -59,7 +59,7 @@ enum bd_err bd_reference_filter(struct bd_reference_runner *runner,
                                 const struct bd_runner_caller *caller,
                                 struct bd_image *const layers[BD_LAYER_COUNT],
                                 bd_reference_should_stop should_stop, void *user,
-                                struct bd_fault *fault)
+                                struct bd_err_detail *detail)
 {
     struct filtering filtering = {.caller = caller, .should_stop = should_stop, .user = user};
     enum bd_err err = BD_ERR_OK;
@@ -70,7 +70,7 @@ enum bd_err bd_reference_filter(struct bd_reference_runner *runner,
             .normal = layers[BD_LAYER_NORMAL],
             .depth = layers[BD_LAYER_DEPTH],
         };
-        err = filter_light(runner, &filtering, &inputs, layers[filtered[i].light], fault);
+        err = filter_light(runner, &filtering, &inputs, layers[filtered[i].light], detail);
     }
     const struct bd_image *const parts[] = {layers[BD_LAYER_DIRECT], layers[BD_LAYER_INDIRECT],
                                             layers[BD_LAYER_EMISSION]};

@@ -19,6 +19,6 @@ enum bd_err bd_reference_filter(struct bd_reference_runner *runner,
                                 const struct bd_runner_caller *caller,
                                 struct bd_image *const layers[BD_LAYER_COUNT],
                                 bd_reference_should_stop should_stop, void *user,
-                                struct bd_fault *fault);
+                                struct bd_err_detail *detail);
 
 #endif

@@ -5,13 +5,13 @@
 static const float depth_of_nothing_m = 1e10f;
 
 static enum bd_err create_layer(const struct bd_frame_request *request, uint32_t layer,
-                                struct bd_image **out, struct bd_fault *fault)
+                                struct bd_image **out, struct bd_err_detail *detail)
 {
     uint32_t width_px = request->width_px, height_px = request->height_px;
     *out = bd_image_create(width_px, height_px, bd_layer_channel_count((enum bd_layer)layer));
     if (!*out)
-        return bd_fault_set(fault, BD_ERR_NO_MEMORY, "size",
-                            "no memory for the layers of %ux%u pixels", width_px, height_px);
+        return bd_err_set(detail, BD_ERR_NO_MEMORY, "size",
+                          "no memory for the layers of %ux%u pixels", width_px, height_px);
     if (layer == BD_LAYER_DEPTH)
         for (size_t i = 0; i < (size_t)width_px * height_px; i++)
             (*out)->pixels[i] = depth_of_nothing_m;
@@ -21,13 +21,13 @@ static enum bd_err create_layer(const struct bd_frame_request *request, uint32_t
 enum bd_err bd_reference_picture_create(const struct bd_frame_request *request, uint32_t wanted,
                                         enum bd_err (*should_stop)(void *user), void *user,
                                         struct bd_image *layers[BD_LAYER_COUNT],
-                                        struct bd_fault *fault)
+                                        struct bd_err_detail *detail)
 {
     enum bd_err err = BD_ERR_OK;
     for (uint32_t l = 0; l < BD_LAYER_COUNT && !err; l++) {
         if (!(wanted >> l & 1)) continue;
         err = should_stop(user);
-        if (!err) err = create_layer(request, l, &layers[l], fault);
+        if (!err) err = create_layer(request, l, &layers[l], detail);
     }
     for (uint32_t l = 0; err && l < BD_LAYER_COUNT; l++) bd_image_destroy(&layers[l]);
     return err;

@@ -19,7 +19,7 @@ BD_MUST_CHECK
 enum bd_err bd_reference_picture_create(const struct bd_frame_request *request, uint32_t wanted,
                                         enum bd_err (*should_stop)(void *user), void *user,
                                         struct bd_image *layers[BD_LAYER_COUNT],
-                                        struct bd_fault *fault);
+                                        struct bd_err_detail *detail);
 
 // Means, variances and guides of one pixel into the layers that are there.
 void bd_reference_picture_store(struct bd_image *const layers[BD_LAYER_COUNT], uint32_t x_px,

@@ -197,11 +197,11 @@ static struct kept *begin(struct bd_reference_runner *runner, struct bd_scene *s
 // From the first one that has its triangles in common; BD_ERR_NOT_FOUND if there is none.
 static enum bd_err create_like_kept(struct kept *const like[KEPT_MAX + 1], uint32_t like_count,
                                     struct bd_scene *scene, struct bd_reference **out,
-                                    struct bd_fault *fault)
+                                    struct bd_err_detail *detail)
 {
     enum bd_err err = BD_ERR_NOT_FOUND;
     for (uint32_t i = 0; err == BD_ERR_NOT_FOUND && i < like_count; i++)
-        err = bd_reference_create_like(scene, like[i]->reference, out, fault);
+        err = bd_reference_create_like(scene, like[i]->reference, out, detail);
     return err;
 }
 
@@ -221,18 +221,18 @@ static uint32_t hold_kept(struct bd_reference_runner *runner, struct kept *held[
 // meanwhile, whoever gives something back among them, changes under it only.
 static enum bd_err build(struct bd_reference_runner *runner, struct bd_scene *scene,
                          bd_reference_should_stop should_stop, void *user, struct kept **out,
-                         bool *reused, struct bd_fault *fault)
+                         bool *reused, struct bd_err_detail *detail)
 {
     struct kept *held[KEPT_MAX + 1];
     const uint32_t held_count = hold_kept(runner, held);
     struct kept *kept = begin(runner, scene);
     struct bd_reference *reference = NULL;
     pthread_mutex_unlock(&runner->lock);
-    enum bd_err err = create_like_kept(held, held_count, scene, &reference, fault);
+    enum bd_err err = create_like_kept(held, held_count, scene, &reference, detail);
     *reused = err != BD_ERR_NOT_FOUND;
     if (err == BD_ERR_NOT_FOUND)
         err =
-            bd_reference_create(scene, runner->thread_count, should_stop, user, &reference, fault);
+            bd_reference_create(scene, runner->thread_count, should_stop, user, &reference, detail);
     pthread_mutex_lock(&runner->lock);
     for (uint32_t i = 0; i < held_count; i++) held[i]->user_count--;
     kept->reference = reference;
@@ -251,7 +251,7 @@ static enum bd_err build(struct bd_reference_runner *runner, struct bd_scene *sc
 enum bd_err bd_reference_runner_take(struct bd_reference_runner *runner, struct bd_scene *scene,
                                      bd_reference_should_stop should_stop, void *user,
                                      const struct bd_reference **out, bool *reused,
-                                     struct bd_fault *fault)
+                                     struct bd_err_detail *detail)
 {
     *out = NULL;
     pthread_mutex_lock(&runner->lock);
@@ -266,7 +266,7 @@ enum bd_err bd_reference_runner_take(struct bd_reference_runner *runner, struct 
     if (!err && kept)
         kept->user_count++;
     else if (!err)
-        err = build(runner, scene, should_stop, user, &kept, reused, fault);
+        err = build(runner, scene, should_stop, user, &kept, reused, detail);
     if (!err) {
         kept->used_at = ++runner->clock;
         *out = kept->reference;

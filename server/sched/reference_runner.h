@@ -46,7 +46,7 @@ BD_MUST_CHECK
 enum bd_err bd_reference_runner_take(struct bd_reference_runner *runner, struct bd_scene *scene,
                                      bd_reference_should_stop should_stop, void *user,
                                      const struct bd_reference **out, bool *reused,
-                                     struct bd_fault *fault);
+                                     struct bd_err_detail *detail);
 // Nulls; takes NULL.
 void bd_reference_runner_give_back(struct bd_reference_runner *runner,
                                    const struct bd_reference **reference);

@@ -245,7 +245,7 @@ static enum bd_err filter(struct bd_reference_runner *runner, struct tracing *tr
     if (!tracing->plan.params.noise_filter) return BD_ERR_OK;
     const uint64_t start_ns = bd_clock_ns();
     enum bd_err err = bd_reference_filter(runner, tracing->caller, result->layers,
-                                          bd_job_should_stop, tracing->job, &result->fault);
+                                          bd_job_should_stop, tracing->job, &result->detail);
     set_pass(&result->report, "filter", bd_ms_since(start_ns), BD_PASS_RAN);
     for (uint32_t l = 0; l < BD_LAYER_COUNT; l++)
         if (!(tracing->plan.layers >> l & 1)) bd_image_destroy(&result->layers[l]);
@@ -260,7 +260,7 @@ static enum bd_err make_picture(struct bd_reference_runner *runner, struct traci
         tracing->plan.params.noise_filter ? bd_reference_filter_layers() : 0;
     enum bd_err err =
         bd_reference_picture_create(&job->request.frame, tracing->plan.layers | for_filter,
-                                    bd_job_should_stop, job, result->layers, &result->fault);
+                                    bd_job_should_stop, job, result->layers, &result->detail);
     const uint64_t start_ns = bd_clock_ns();
     if (!err) {
         take_sums(runner, tracing);
@@ -277,9 +277,8 @@ static enum bd_err trace(struct bd_reference_runner *runner, struct tracing *tra
     struct bd_job_result *result = &job->result;
     uint64_t start_ns = bd_clock_ns();
     bool reused;
-    enum bd_err err =
-        bd_reference_runner_take(runner, job->request.scene, bd_job_should_stop, job,
-                                 &tracing->reference, &reused, &result->fault);
+    enum bd_err err = bd_reference_runner_take(runner, job->request.scene, bd_job_should_stop, job,
+                                               &tracing->reference, &reused, &result->detail);
     if (err) return err;
     double bvh_ms = bd_ms_since(start_ns);
     set_pass(&result->report, "bvh", reused ? 0 : bvh_ms, reused ? BD_PASS_REUSED : BD_PASS_RAN);
@@ -306,7 +305,7 @@ enum bd_err bd_reference_trace_job(struct bd_reference_runner *runner,
     enum bd_err err = bd_job_should_stop(job);
     if (!err)
         err = bd_plan_make(job->request.scene, &job->request.frame, &tracing.plan, &result->report,
-                           &result->fault);
+                           &result->detail);
     if (!err && !job->request.frame.plan_only) {
         tracing.integrand = bd_reference_integrand_of(&tracing.plan.params);
         tracing.view = bd_reference_view_of(&job->request.frame, &tracing.plan);

@@ -16,7 +16,7 @@ struct bd_integrand bd_reference_integrand_of(const struct bd_params *params);
 struct bd_reference_view bd_reference_view_of(const struct bd_frame_request *frame,
                                               const struct bd_plan *plan);
 
-// Fills job->result, also after a failure as far as it came; describes the fault but for a cancel
+// Fills job->result, also after a failure as far as it came; describes the error but for a cancel
 // and a deadline.
 BD_MUST_CHECK
 enum bd_err bd_reference_trace_job(struct bd_reference_runner *runner,

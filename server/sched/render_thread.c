@@ -95,14 +95,14 @@ static enum bd_err render(struct bd_sched *sched, struct bd_job *job)
     memset(&job->rendered.report, 0, sizeof job->rendered.report);
     return bd_frame_render(&sched->renderer, job->request.scene, &job->request.frame,
                            between_slices, &turn, job->rendered.layers, &job->rendered.report,
-                           &job->rendered.fault);
+                           &job->rendered.detail);
 }
 
 static enum bd_err run_job(struct bd_sched *sched, struct bd_job *job)
 {
     enum bd_err err = BD_ERR_OK;
     for (int attempt = 0; attempt < ATTEMPTS_MAX; attempt++) {
-        err = sched->gpu ? BD_ERR_OK : bd_sched_open_device(sched, 0, &job->rendered.fault);
+        err = sched->gpu ? BD_ERR_OK : bd_sched_open_device(sched, 0, &job->rendered.detail);
         sched->spoilt_by_other = false;
         if (!err) err = render(sched, job);
         if (!bd_sched_device_is_spoilt(sched)) break;
@@ -153,9 +153,9 @@ static bool is_at_its_end(struct bd_sched *sched, struct bd_job *job)
     bd_job_check_settle(job);
     if (job->result.err || job->result.report.stopped != BD_STOPPED_COMPLETE) return true;
     if (bd_job_worker_push(sched->checks, job, job->render_again)) return false;
-    job->result.err = bd_fault_set(&job->result.fault, BD_ERR_BUSY, "check",
-                                   "%u frames are waiting for their check already",
-                                   sched->options.queue_length_max);
+    job->result.err = bd_err_set(&job->result.detail, BD_ERR_BUSY, "check",
+                                 "%u frames are waiting for their check already",
+                                 sched->options.queue_length_max);
     return true;
 }
 
@@ -167,7 +167,7 @@ static bool has_yielded(const struct bd_sched *sched, struct bd_job *job)
     if (sched->stopping || atomic_load(&job->cancelled)) return false;
     job->yield_count++;
     job->result.err = BD_ERR_OK;
-    job->result.fault = (struct bd_fault){0};
+    job->result.detail = (struct bd_err_detail){0};
     return true;
 }
 
@@ -224,7 +224,7 @@ static void put_back(struct bd_sched *sched, struct bd_job *job)
     pthread_mutex_lock(&sched->lock);
     note_time(sched, job);
     end_running(sched, job);
-    job->rendered.fault = (struct bd_fault){0};
+    job->rendered.detail = (struct bd_err_detail){0};
     bd_job_queue_put_back(&sched->queue, job);
     pthread_mutex_unlock(&sched->lock);
 }
@@ -288,12 +288,12 @@ static enum bd_err between_slices(void *user)
 void *bd_sched_render_thread(void *user)
 {
     struct bd_sched *sched = user;
-    struct bd_fault fault = {0};
-    enum bd_err err = bd_sched_open_device(sched, sched->options.lose_device_after_slices, &fault);
+    struct bd_err_detail detail = {0};
+    enum bd_err err = bd_sched_open_device(sched, sched->options.lose_device_after_slices, &detail);
     pthread_mutex_lock(&sched->lock);
     sched->started = true;
     sched->start_err = err;
-    sched->start_fault = fault;
+    sched->start_detail = detail;
     pthread_cond_broadcast(&sched->work_changed);
     pthread_mutex_unlock(&sched->lock);
     struct bd_job *job;

@@ -92,7 +92,7 @@ static void check_ran(void *user, struct bd_job *job)
     if (job->render_again && !is_traced && render_again(sched, job)) return;
     if (job->render_again)
         job->result.err =
-            bd_fault_set(&job->result.fault, BD_ERR_CANCELLED, "", "the daemon is stopping");
+            bd_err_set(&job->result.detail, BD_ERR_CANCELLED, "", "the daemon is stopping");
     bd_sched_end_job(sched, job);
 }
 
@@ -118,7 +118,7 @@ static void wait_until_started(struct bd_sched *sched)
 }
 
 enum bd_err bd_sched_create(const struct bd_sched_options *options, struct bd_sched **out,
-                            struct bd_fault *fault)
+                            struct bd_err_detail *detail)
 {
     struct bd_sched *sched = calloc(1, sizeof *sched);
     BD_ASSERT(sched);
@@ -144,7 +144,7 @@ enum bd_err bd_sched_create(const struct bd_sched_options *options, struct bd_sc
     wait_until_started(sched);
     if (sched->start_err) {
         pthread_join(sched->thread, NULL);
-        if (fault) *fault = sched->start_fault;
+        if (detail) *detail = sched->start_detail;
         enum bd_err err = sched->start_err;
         free_sched(sched);
         return err;
@@ -178,9 +178,9 @@ static bool push(struct bd_sched *sched, struct bd_job *job)
 }
 
 enum bd_err bd_sched_submit(struct bd_sched *sched, const struct bd_job_request *request,
-                            struct bd_job **out, struct bd_fault *fault)
+                            struct bd_job **out, struct bd_err_detail *detail)
 {
-    enum bd_err err = bd_frame_request_check(&request->frame, &sched->options.frame_limits, fault);
+    enum bd_err err = bd_frame_request_check(&request->frame, &sched->options.frame_limits, detail);
     if (err) return err;
     struct bd_job *job = bd_job_create(request);
     bool queued = bd_frame_request_is_traced(&request->frame)
@@ -189,8 +189,8 @@ enum bd_err bd_sched_submit(struct bd_sched *sched, const struct bd_job_request 
     if (!queued) {
         bd_job_drop(job);
         bd_job_drop(job);
-        return bd_fault_set(fault, BD_ERR_BUSY, "queue", "%u jobs are waiting already",
-                            sched->options.queue_length_max);
+        return bd_err_set(detail, BD_ERR_BUSY, "queue", "%u jobs are waiting already",
+                          sched->options.queue_length_max);
     }
     *out = job;
     return BD_ERR_OK;

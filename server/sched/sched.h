@@ -38,10 +38,10 @@ struct bd_sched_options {
     uint32_t lose_device_after_slices; // test hook: inject one device loss; 0 = never
 };
 
-// Starts the render thread and waits until its device stands. `fault` says what was tried.
+// Starts the render thread and waits until its device stands. `detail` says what was tried.
 BD_MUST_CHECK
 enum bd_err bd_sched_create(const struct bd_sched_options *options, struct bd_sched **out,
-                            struct bd_fault *fault);
+                            struct bd_err_detail *detail);
 // Cancels what runs, fails what waits, joins the thread.
 void bd_sched_destroy(struct bd_sched **sched);
 
@@ -64,7 +64,7 @@ struct bd_job_request {
 // The caller owns `*out` and releases it after `done`, or at once if it does not care.
 BD_MUST_CHECK
 enum bd_err bd_sched_submit(struct bd_sched *sched, const struct bd_job_request *request,
-                            struct bd_job **out, struct bd_fault *fault);
+                            struct bd_job **out, struct bd_err_detail *detail);
 
 // Asks a job to stop; it still ends by `done`, with BD_ERR_CANCELLED, within a slice of whatever is
 // rendered: also one that waits or is set aside. A reference or a check that waits ends when it is
@@ -85,7 +85,7 @@ void bd_job_release(struct bd_job **job);
 // report.stopped = BD_STOPPED_DEADLINE.
 struct bd_job_result {
     enum bd_err err;
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     struct bd_image *layers[BD_LAYER_COUNT];
     struct bd_report report;
 };

@@ -33,7 +33,7 @@ struct bd_sched {
     bool stopping;
     bool started; // the device was tried
     enum bd_err start_err;
-    struct bd_fault start_fault;
+    struct bd_err_detail start_detail;
     struct bd_sched_stats stats;
 
     // Render thread only.
@@ -49,7 +49,7 @@ struct bd_sched {
 // `lose_after`: of struct bd_gpu_options, for tests.
 BD_MUST_CHECK
 enum bd_err bd_sched_open_device(struct bd_sched *sched, uint32_t lose_after,
-                                 struct bd_fault *fault);
+                                 struct bd_err_detail *detail);
 void bd_sched_close_device(struct bd_sched *sched);
 // What stuck to a device stays: out of memory in the middle of a pass or a refused call, as well as
 // a loss, would fail every frame to come.

@@ -79,7 +79,7 @@ static void stand_in(struct bd_job *job)
     struct bd_standby *standby = job->standby;
     struct bd_report_time time_ms = job->result.report.time_ms;
     const enum bd_err err = job->result.err;
-    const struct bd_fault fault = job->result.fault;
+    const struct bd_err_detail detail = job->result.detail;
     char settings[BD_REPORT_FLAG_BYTES];
     free_layers(&job->result);
     job->result = standby->kept;
@@ -91,7 +91,7 @@ static void stand_in(struct bd_job *job)
     // A budget that is spent: its flag stands already.
     if (err == BD_ERR_DEADLINE && job->budget_ends_ns && !bd_job_is_late(job)) return;
     if (err != BD_ERR_DEADLINE) {
-        bd_report_flag(report, "better_failed: %.160s", fault.message);
+        bd_report_flag(report, "better_failed: %.160s", detail.message);
         return;
     }
     report->stopped = BD_STOPPED_DEADLINE;

@@ -45,7 +45,7 @@ struct bd_gather_fragments_inputs bd_fragment_inputs(const struct bd_technique_i
 enum bd_err bd_fragments_gather(const struct bd_pass_context *context,
                                 const struct bd_technique_inputs *inputs,
                                 const struct bd_unlit *unlit, struct bd_multires_light **out,
-                                struct bd_fault *fault)
+                                struct bd_err_detail *detail)
 {
     struct bd_gather_fragments_inputs gather = bd_fragment_inputs(inputs, unlit);
     const struct bd_visibility_inputs visibility = bd_technique_visibility(inputs);
@@ -57,18 +57,18 @@ enum bd_err bd_fragments_gather(const struct bd_pass_context *context,
         .noise = inputs->filtered,
     };
     if (inputs->occluders) gather.visibility = &visibility;
-    if (!inputs->chosen) return bd_gather_fragments_run(context, &gather, out, fault);
-    return bd_gather_chosen_fragments_run(context, &chosen, out, fault);
+    if (!inputs->chosen) return bd_gather_fragments_run(context, &gather, out, detail);
+    return bd_gather_chosen_fragments_run(context, &chosen, out, detail);
 }
 
 enum bd_err bd_fragments_splat(const struct bd_pass_context *context,
                                const struct bd_technique_inputs *inputs,
                                const struct bd_unlit *unlit, struct bd_multires_light **out,
-                               struct bd_fault *fault)
+                               struct bd_err_detail *detail)
 {
     const struct bd_gather_fragments_inputs splat = bd_fragment_inputs(inputs, unlit);
     bd_gpu_pass_begin(context->gpu, "splat");
-    enum bd_err err = bd_splat_fragments_run(context, &splat, out, fault);
+    enum bd_err err = bd_splat_fragments_run(context, &splat, out, detail);
     bd_gpu_pass_end(context->gpu);
     return err;
 }
@@ -76,7 +76,7 @@ enum bd_err bd_fragments_splat(const struct bd_pass_context *context,
 static enum bd_err split(const struct bd_pass_context *context,
                          const struct bd_technique_inputs *inputs, const char *pass,
                          const struct bd_fragments *parents, const struct bd_multires_light *light,
-                         struct bd_fragments **out, struct bd_fault *fault)
+                         struct bd_fragments **out, struct bd_err_detail *detail)
 {
     const struct bd_discontinuity_inputs seen = {
         .gbuffer = inputs->made.gbuffer,
@@ -87,7 +87,7 @@ static enum bd_err split(const struct bd_pass_context *context,
     bd_gpu_pass_begin(context->gpu, pass);
     enum bd_err err =
         bd_fragments_refine(context, &seen, inputs->made.discontinuity, inputs->made.fragments,
-                            parents, &blocks, inputs->params->light_threshold, out, fault);
+                            parents, &blocks, inputs->params->light_threshold, out, detail);
     bd_gpu_pass_end(context->gpu);
     return err;
 }
@@ -97,34 +97,34 @@ static enum bd_err split(const struct bd_pass_context *context,
 static enum bd_err refine(const struct bd_pass_context *context,
                           const struct bd_technique_inputs *inputs, const char *pass,
                           bd_light_fragments_fn *light_fragments, struct lit *lit,
-                          struct bd_fault *fault)
+                          struct bd_err_detail *detail)
 {
     const struct bd_fragments *last = inputs->made.fragments;
     enum bd_err err = BD_ERR_OK;
     while (!err && last->count > last->level_count[0]) {
         BD_ASSERT(lit->part_count < BD_MULTIRES_LEVEL_MAX);
         struct bd_fragments *parts;
-        err = split(context, inputs, pass, last, lit->light, &parts, fault);
+        err = split(context, inputs, pass, last, lit->light, &parts, detail);
         if (err) return err;
         lit->parts[lit->part_count++] = parts;
         last = parts;
         const struct bd_unlit unlit = {.fragments = parts, .spread = true, .into = lit->light};
         struct bd_multires_light *same;
-        if (parts->count > 0) err = light_fragments(context, inputs, &unlit, &same, fault);
+        if (parts->count > 0) err = light_fragments(context, inputs, &unlit, &same, detail);
     }
     return err;
 }
 
 static enum bd_err filter(const struct bd_pass_context *context,
                           const struct bd_technique_inputs *inputs, struct lit *lit,
-                          struct bd_fault *fault)
+                          struct bd_err_detail *detail)
 {
     const struct bd_unlit unlit = {.fragments = inputs->made.fragments};
     const struct bd_gather_fragments_inputs gather = bd_fragment_inputs(inputs, &unlit);
     const struct bd_fragments *lists[BD_MULTIRES_LEVEL_MAX + 1] = {inputs->made.fragments};
     for (uint32_t i = 0; i < lit->part_count; i++) lists[i + 1] = lit->parts[i];
     return bd_filter_fragments_run(context, &gather, lists, lit->part_count + 1, &lit->light,
-                                   fault);
+                                   detail);
 }
 
 static uint64_t fragment_count(const struct bd_technique_inputs *inputs, const struct lit *lit)
@@ -149,18 +149,18 @@ static bool is_refined(const struct bd_params *params)
 static enum bd_err light(const struct bd_pass_context *context,
                          const struct bd_technique_inputs *inputs, const char *pass,
                          bd_light_fragments_fn *light_fragments, struct lit *lit,
-                         struct bd_fault *fault)
+                         struct bd_err_detail *detail)
 {
     const struct bd_unlit unlit = {.fragments = inputs->made.fragments,
                                    .spread = is_refined(inputs->params)};
-    enum bd_err err = light_fragments(context, inputs, &unlit, &lit->light, fault);
-    if (!err && unlit.spread) err = refine(context, inputs, pass, light_fragments, lit, fault);
+    enum bd_err err = light_fragments(context, inputs, &unlit, &lit->light, detail);
+    if (!err && unlit.spread) err = refine(context, inputs, pass, light_fragments, lit, detail);
     return err;
 }
 
 static enum bd_err upsample(const struct bd_pass_context *context,
                             const struct bd_technique_inputs *inputs, const struct lit *lit,
-                            struct bd_indirect **out, struct bd_fault *fault)
+                            struct bd_indirect **out, struct bd_err_detail *detail)
 {
     const struct bd_upsample_inputs upsample = {
         .scene = inputs->scene,
@@ -176,7 +176,7 @@ static enum bd_err upsample(const struct bd_pass_context *context,
             inputs->normal_maps && inputs->params->surface_detail == BD_SURFACE_DETAIL_DIRECTION,
     };
     bd_gpu_pass_begin(context->gpu, "upsample");
-    enum bd_err err = bd_upsample_run(context, &upsample, out, fault);
+    enum bd_err err = bd_upsample_run(context, &upsample, out, detail);
     bd_gpu_pass_end(context->gpu);
     if (err) return err;
     (*out)->fragment_count = fragment_count(inputs, lit);
@@ -187,12 +187,12 @@ static enum bd_err upsample(const struct bd_pass_context *context,
 enum bd_err bd_fragment_light(const struct bd_pass_context *context,
                               const struct bd_technique_inputs *inputs, const char *pass,
                               bd_light_fragments_fn *light_fragments, struct bd_indirect **out,
-                              struct bd_fault *fault)
+                              struct bd_err_detail *detail)
 {
     struct lit lit = {0};
-    enum bd_err err = light(context, inputs, pass, light_fragments, &lit, fault);
-    if (!err && inputs->filtered) err = filter(context, inputs, &lit, fault);
-    if (!err) err = upsample(context, inputs, &lit, out, fault);
+    enum bd_err err = light(context, inputs, pass, light_fragments, &lit, detail);
+    if (!err && inputs->filtered) err = filter(context, inputs, &lit, detail);
+    if (!err) err = upsample(context, inputs, &lit, out, detail);
     destroy_lit(context->gpu, &lit);
     return err;
 }

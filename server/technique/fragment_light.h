@@ -34,6 +34,6 @@ BD_MUST_CHECK
 enum bd_err bd_fragment_light(const struct bd_pass_context *context,
                               const struct bd_technique_inputs *inputs, const char *pass,
                               bd_light_fragments_fn *light_fragments, struct bd_indirect **out,
-                              struct bd_fault *fault);
+                              struct bd_err_detail *detail);
 
 #endif

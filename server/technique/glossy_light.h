@@ -15,6 +15,6 @@ enum bd_glossy_light {
 BD_MUST_CHECK
 enum bd_err bd_glossy_light(const struct bd_pass_context *context,
                             const struct bd_technique_inputs *inputs, enum bd_glossy_light where,
-                            struct bd_indirect *indirect, struct bd_fault *fault);
+                            struct bd_indirect *indirect, struct bd_err_detail *detail);
 
 #endif

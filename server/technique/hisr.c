@@ -18,13 +18,13 @@ static enum bd_err gather_chosen(const struct bd_pass_context *context,
                                  const struct bd_technique_inputs *inputs,
                                  const struct bd_unlit *unlit,
                                  const struct bd_gather_tree_inputs *trees,
-                                 struct bd_multires_light **out, struct bd_fault *fault)
+                                 struct bd_multires_light **out, struct bd_err_detail *detail)
 {
     struct bd_gather_fragments_inputs gather = bd_fragment_inputs(inputs, unlit);
     const struct bd_visibility_inputs visibility = bd_technique_visibility(inputs);
     struct bd_tree_choice *choice;
     gather.visibility = &visibility;
-    enum bd_err err = bd_tree_choice_create(context, trees, inputs->params->rays, &choice, fault);
+    enum bd_err err = bd_tree_choice_create(context, trees, inputs->params->rays, &choice, detail);
     if (err) return err;
     const struct bd_gather_chosen_fragments_inputs chosen = {
         .gather = &gather,
@@ -33,7 +33,7 @@ static enum bd_err gather_chosen(const struct bd_pass_context *context,
         .seed = inputs->seed,
         .noise = inputs->filtered,
     };
-    err = bd_gather_chosen_fragments_run(context, &chosen, out, fault);
+    err = bd_gather_chosen_fragments_run(context, &chosen, out, detail);
     bd_tree_choice_destroy(&choice);
     return err;
 }
@@ -41,7 +41,7 @@ static enum bd_err gather_chosen(const struct bd_pass_context *context,
 // Where all leaves are asked, no tree is of use.
 static enum bd_err gather(const struct bd_pass_context *context,
                           const struct bd_technique_inputs *inputs, const struct bd_unlit *unlit,
-                          struct bd_multires_light **out, struct bd_fault *fault)
+                          struct bd_multires_light **out, struct bd_err_detail *detail)
 {
     const struct bd_params *params = inputs->params;
     const struct bd_gather_tree_inputs gather = {
@@ -62,19 +62,19 @@ static enum bd_err gather(const struct bd_pass_context *context,
         .finest_level = params->finest_level,
         .into = unlit->into,
     };
-    if (inputs->chosen) return gather_chosen(context, inputs, unlit, &gather, out, fault);
-    if (inputs->occluders) return bd_fragments_gather(context, inputs, unlit, out, fault);
+    if (inputs->chosen) return gather_chosen(context, inputs, unlit, &gather, out, detail);
+    if (inputs->occluders) return bd_fragments_gather(context, inputs, unlit, out, detail);
     bd_gpu_pass_begin(context->gpu, "gather");
-    enum bd_err err = bd_gather_tree_fragments_run(context, &gather, out, fault);
+    enum bd_err err = bd_gather_tree_fragments_run(context, &gather, out, detail);
     bd_gpu_pass_end(context->gpu);
     return err;
 }
 
 static enum bd_err light_fragments(const struct bd_pass_context *context,
                                    const struct bd_technique_inputs *inputs,
-                                   struct bd_indirect **out, struct bd_fault *fault)
+                                   struct bd_indirect **out, struct bd_err_detail *detail)
 {
-    return bd_fragment_light(context, inputs, "gather", gather, out, fault);
+    return bd_fragment_light(context, inputs, "gather", gather, out, detail);
 }
 
 static const struct bd_technique_pass passes[] = {BD_FRAGMENT_PASSES, {NULL, 0}};

@@ -11,9 +11,9 @@
 
 static enum bd_err light_fragments(const struct bd_pass_context *context,
                                    const struct bd_technique_inputs *inputs,
-                                   struct bd_indirect **out, struct bd_fault *fault)
+                                   struct bd_indirect **out, struct bd_err_detail *detail)
 {
-    return bd_fragment_light(context, inputs, "gather", bd_fragments_gather, out, fault);
+    return bd_fragment_light(context, inputs, "gather", bd_fragments_gather, out, detail);
 }
 
 static const struct bd_technique_pass passes[] = {BD_FRAGMENT_PASSES, {NULL, 0}};

@@ -75,7 +75,7 @@ static enum bd_err fill_cache(const struct bd_pass_context *context,
                               const struct bd_technique_inputs *inputs,
                               const struct bd_gather_inputs *gather,
                               struct bd_irradiance_cells **out, struct bd_ray_counts *traced,
-                              struct bd_fault *fault)
+                              struct bd_err_detail *detail)
 {
     const struct bd_light_paths *paths = inputs->light_paths;
     struct bd_cache_inputs cache = {
@@ -88,26 +88,27 @@ static enum bd_err fill_cache(const struct bd_pass_context *context,
     *out = NULL;
     if (inputs->params->indirect_bounces == 1) return BD_ERR_OK;
     cache.far.points = paths->further;
-    return bd_cache_run(context, &cache, out, traced, fault);
+    return bd_cache_run(context, &cache, out, traced, detail);
 }
 
 static enum bd_err complete(const struct bd_pass_context *context,
                             const struct bd_technique_inputs *inputs,
                             const struct bd_gather_inputs *gather, struct bd_indirect *indirect,
-                            struct bd_fault *fault)
+                            struct bd_err_detail *detail)
 {
     struct bd_far_inputs far =
         far_of(inputs, gather->visibility, inputs->light_paths->first, inputs->params->far_rays);
-    enum bd_err err = fill_cache(context, inputs, gather, &indirect->cells, &indirect->rays, fault);
+    enum bd_err err =
+        fill_cache(context, inputs, gather, &indirect->cells, &indirect->rays, detail);
     far.cells = indirect->cells;
-    if (!err) err = bd_far_run(context, &far, gather, indirect, fault);
+    if (!err) err = bd_far_run(context, &far, gather, indirect, detail);
     if (!err && inputs->glossy_receivers)
-        err = bd_gloss_run(context, &far, gather, indirect, fault);
+        err = bd_gloss_run(context, &far, gather, indirect, detail);
     far.rays = few_of(inputs->params->far_rays);
     if (!err && inputs->rough_receivers)
-        err = bd_gloss_of_rough_run(context, &far, gather, indirect, fault);
+        err = bd_gloss_of_rough_run(context, &far, gather, indirect, detail);
     if (err || !inputs->filtered) return err;
-    return bd_filter_light_run(context, gather, FILTER_LEVELS, indirect, fault);
+    return bd_filter_light_run(context, gather, FILTER_LEVELS, indirect, detail);
 }
 
 // No virtual light lights a lobe.
@@ -122,15 +123,15 @@ static struct bd_gather_inputs gather_of(const struct bd_technique_inputs *input
 
 static enum bd_err light(const struct bd_pass_context *context,
                          const struct bd_technique_inputs *inputs, struct bd_indirect **out,
-                         struct bd_fault *fault)
+                         struct bd_err_detail *detail)
 {
     const struct bd_visibility_inputs visibility = bd_technique_visibility(inputs);
     const struct bd_gather_inputs gather = gather_of(inputs, &visibility);
     const struct bd_gather_chosen_inputs chosen = {&gather, inputs->light_paths->first,
                                                    rays_of(inputs->params), inputs->seed};
-    enum bd_err err = bd_gather_chosen_run(context, &chosen, out, fault);
+    enum bd_err err = bd_gather_chosen_run(context, &chosen, out, detail);
     if (err) return err;
-    err = complete(context, inputs, &gather, *out, fault);
+    err = complete(context, inputs, &gather, *out, detail);
     if (err) bd_indirect_destroy(context->gpu, out);
     return err;
 }
@@ -139,7 +140,7 @@ static enum bd_err light(const struct bd_pass_context *context,
 static enum bd_err light_pixels(const struct bd_pass_context *context,
                                 const struct bd_technique_inputs *inputs,
                                 const struct bd_unlit *unlit, struct bd_multires_light **out,
-                                struct bd_fault *fault)
+                                struct bd_err_detail *detail)
 {
     const struct bd_visibility_inputs visibility = bd_technique_visibility(inputs);
     struct bd_gather_fragments_inputs gather = bd_fragment_inputs(inputs, unlit);
@@ -155,14 +156,14 @@ static enum bd_err light_pixels(const struct bd_pass_context *context,
     struct bd_far_inputs far =
         far_of(inputs, &visibility, first, own_of(inputs, inputs->params->far_rays));
     far.cells = inputs->cells;
-    enum bd_err err = bd_gather_chosen_fragments_run(context, &chosen, out, fault);
-    return err ? err : bd_far_of_fragments(context, &far, &gather, *out, fault);
+    enum bd_err err = bd_gather_chosen_fragments_run(context, &chosen, out, detail);
+    return err ? err : bd_far_of_fragments(context, &far, &gather, *out, detail);
 }
 
 // Of a later sub-frame all lobes anew.
 static enum bd_err light_glossy(const struct bd_pass_context *context,
                                 const struct bd_technique_inputs *inputs,
-                                struct bd_indirect *indirect, struct bd_fault *fault)
+                                struct bd_indirect *indirect, struct bd_err_detail *detail)
 {
     const struct bd_visibility_inputs visibility = bd_technique_visibility(inputs);
     const struct bd_gather_inputs gather = gather_of(inputs, &visibility);
@@ -170,9 +171,9 @@ static enum bd_err light_glossy(const struct bd_pass_context *context,
         far_of(inputs, &visibility, inputs->light_paths->first,
                inputs->alone ? inputs->params->far_rays : few_of(inputs->params->far_rays));
     far.cells = inputs->cells;
-    enum bd_err err = bd_gloss_run(context, &far, &gather, indirect, fault);
+    enum bd_err err = bd_gloss_run(context, &far, &gather, indirect, detail);
     if (err || !inputs->filtered) return err;
-    return bd_filter_light_run(context, &gather, FILTER_LEVELS, indirect, fault);
+    return bd_filter_light_run(context, &gather, FILTER_LEVELS, indirect, detail);
 }
 
 static const struct bd_technique_pass passes[] = {

@@ -17,21 +17,22 @@
 
 static enum bd_err gather_glossy(const struct bd_pass_context *context,
                                  const struct bd_technique_inputs *inputs,
-                                 struct bd_indirect *indirect, struct bd_fault *fault)
+                                 struct bd_indirect *indirect, struct bd_err_detail *detail)
 {
     // A device without rays is given a list of the pixels that have lobes.
     if (inputs->occluders || context->processor)
-        return bd_visible_lobes(context, inputs, indirect, fault);
-    return bd_glossy_light(context, inputs, BD_GLOSSY_LIGHT_AT_PIXELS, indirect, fault);
+        return bd_visible_lobes(context, inputs, indirect, detail);
+    return bd_glossy_light(context, inputs, BD_GLOSSY_LIGHT_AT_PIXELS, indirect, detail);
 }
 
 static enum bd_err gather_fragments(const struct bd_pass_context *context,
                                     const struct bd_technique_inputs *inputs,
-                                    struct bd_indirect **out, struct bd_fault *fault)
+                                    struct bd_indirect **out, struct bd_err_detail *detail)
 {
-    enum bd_err err = bd_fragment_light(context, inputs, "gather", bd_fragments_gather, out, fault);
+    enum bd_err err =
+        bd_fragment_light(context, inputs, "gather", bd_fragments_gather, out, detail);
     if (err || !inputs->glossy_receivers) return err;
-    err = gather_glossy(context, inputs, *out, fault);
+    err = gather_glossy(context, inputs, *out, detail);
     if (err) bd_indirect_destroy(context->gpu, out);
     return err;
 }

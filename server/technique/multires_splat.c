@@ -18,11 +18,11 @@
 
 static enum bd_err splat_fragments(const struct bd_pass_context *context,
                                    const struct bd_technique_inputs *inputs,
-                                   struct bd_indirect **out, struct bd_fault *fault)
+                                   struct bd_indirect **out, struct bd_err_detail *detail)
 {
-    enum bd_err err = bd_fragment_light(context, inputs, "splat", bd_fragments_splat, out, fault);
+    enum bd_err err = bd_fragment_light(context, inputs, "splat", bd_fragments_splat, out, detail);
     if (err || !inputs->glossy_receivers) return err;
-    err = bd_glossy_light(context, inputs, BD_GLOSSY_LIGHT_AT_BLOCKS, *out, fault);
+    err = bd_glossy_light(context, inputs, BD_GLOSSY_LIGHT_AT_BLOCKS, *out, detail);
     if (err) bd_indirect_destroy(context->gpu, out);
     return err;
 }

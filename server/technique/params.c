@@ -246,7 +246,7 @@ static void set_defaults(const struct bd_technique *technique, bool paper_mode,
 }
 
 static enum bd_err read_choice(const struct param_row *row, const char *value,
-                               struct bd_params *out, struct bd_fault *fault)
+                               struct bd_params *out, struct bd_err_detail *detail)
 {
     for (uint32_t i = 0; i < 4 && row->choices[i]; i++) {
         if (strcmp(row->choices[i], value) != 0 && !is_alias(row, i, value)) continue;
@@ -258,12 +258,12 @@ static enum bd_err read_choice(const struct param_row *row, const char *value,
         size_t used = strlen(known);
         snprintf(known + used, sizeof known - used, "%s%s", i ? ", " : "", row->choices[i]);
     }
-    return bd_fault_set(fault, BD_ERR_USAGE, row->key, "%s=%s: must be one of %s", row->key, value,
-                        known);
+    return bd_err_set(detail, BD_ERR_USAGE, row->key, "%s=%s: must be one of %s", row->key, value,
+                      known);
 }
 
 static enum bd_err read_number(const struct param_row *row, const char *value,
-                               struct bd_params *out, struct bd_fault *fault)
+                               struct bd_params *out, struct bd_err_detail *detail)
 {
     char *end;
     double number = strtod(value, &end);
@@ -274,9 +274,9 @@ static enum bd_err read_number(const struct param_row *row, const char *value,
                        : row->type == PARAM_EVEN ? "an even"
                                                  : "a whole";
     if (end == value || *end || (!in_range && !unlimited))
-        return bd_fault_set(fault, BD_ERR_USAGE, row->key,
-                            "%s=%s: must be %s number from %g to %.9g%s", row->key, value, kind,
-                            row->minimum, row->maximum, is_unlimited(row) ? ", or " UNLIMITED : "");
+        return bd_err_set(detail, BD_ERR_USAGE, row->key,
+                          "%s=%s: must be %s number from %g to %.9g%s", row->key, value, kind,
+                          row->minimum, row->maximum, is_unlimited(row) ? ", or " UNLIMITED : "");
     store(row, number, out);
     return BD_ERR_OK;
 }
@@ -291,17 +291,17 @@ static uint32_t light_bits(const struct param_row *row, const char *word, size_t
 }
 
 static enum bd_err read_lights(const struct param_row *row, const char *value,
-                               struct bd_params *out, struct bd_fault *fault)
+                               struct bd_params *out, struct bd_err_detail *detail)
 {
     uint32_t bits = 0;
     for (const char *word = value; word;) {
         size_t length = strcspn(word, "+");
         uint32_t found = light_bits(row, word, length);
         if (!found)
-            return bd_fault_set(fault, BD_ERR_USAGE, row->key,
-                                "%s=%s: must be punctual, emissive or environment, several joined "
-                                "by +, or all",
-                                row->key, value);
+            return bd_err_set(detail, BD_ERR_USAGE, row->key,
+                              "%s=%s: must be punctual, emissive or environment, several joined "
+                              "by +, or all",
+                              row->key, value);
         bits |= found;
         word = word[length] ? word + length + 1 : NULL;
     }
@@ -310,33 +310,33 @@ static enum bd_err read_lights(const struct param_row *row, const char *value,
 }
 
 static enum bd_err read_technique(const struct param_row *row, const char *value,
-                                  struct bd_params *out, struct bd_fault *fault)
+                                  struct bd_params *out, struct bd_err_detail *detail)
 {
     uint32_t *index = count_at(out, row->offset);
     *index = 0;
     if (strcmp(value, NO_TECHNIQUE) == 0) return BD_ERR_OK;
-    struct bd_fault unknown;
+    struct bd_err_detail unknown;
     if (!bd_technique_find(value, &unknown))
-        return bd_fault_set(fault, BD_ERR_USAGE, row->key, "%s=%s", row->key, unknown.message);
+        return bd_err_set(detail, BD_ERR_USAGE, row->key, "%s=%s", row->key, unknown.message);
     while (strcmp(bd_technique_at(*index)->name, value) != 0) ++*index;
     ++*index;
     return BD_ERR_OK;
 }
 
 static enum bd_err read_value(const struct param_row *row, const char *value, struct bd_params *out,
-                              struct bd_fault *fault)
+                              struct bd_err_detail *detail)
 {
     switch (row->type) {
     case PARAM_COUNT:
     case PARAM_EVEN:
     case PARAM_REAL:
-        return read_number(row, value, out, fault);
+        return read_number(row, value, out, detail);
     case PARAM_CHOICE:
-        return read_choice(row, value, out, fault);
+        return read_choice(row, value, out, detail);
     case PARAM_LIGHTS:
-        return read_lights(row, value, out, fault);
+        return read_lights(row, value, out, detail);
     case PARAM_TECHNIQUE:
-        return read_technique(row, value, out, fault);
+        return read_technique(row, value, out, detail);
     }
     BD_ASSERT(!"no such type of parameter");
     return BD_ERR_INTERNAL;
@@ -348,29 +348,29 @@ static bool is_read(const struct bd_technique *technique, int param)
 }
 
 static enum bd_err refuse_key(const char *key, const struct bd_technique *technique,
-                              struct bd_fault *fault)
+                              struct bd_err_detail *detail)
 {
     char hint[BD_NEAREST_HINT_BYTES];
     struct bd_nearest nearest;
     bd_nearest_begin(&nearest, key);
     for (int i = 0; i < BD_PARAM_COUNT; i++)
         if (is_read(technique, i)) bd_nearest_consider(&nearest, table[i].key);
-    return bd_fault_set(fault, BD_ERR_USAGE, key, "%s: no such parameter%s", key,
-                        bd_nearest_hint(&nearest, hint));
+    return bd_err_set(detail, BD_ERR_USAGE, key, "%s: no such parameter%s", key,
+                      bd_nearest_hint(&nearest, hint));
 }
 
 static enum bd_err read_pair(const char *key, const char *value,
                              const struct bd_technique *technique, struct bd_params *out,
-                             struct bd_fault *fault)
+                             struct bd_err_detail *detail)
 {
     for (int i = 0; i < BD_PARAM_COUNT; i++) {
         if (strcmp(table[i].key, key) != 0) continue;
         if (!is_read(technique, i))
-            return bd_fault_set(fault, BD_ERR_USAGE, key, "%s: technique %s does not read it", key,
-                                technique->name);
-        return read_value(&table[i], value, out, fault);
+            return bd_err_set(detail, BD_ERR_USAGE, key, "%s: technique %s does not read it", key,
+                              technique->name);
+        return read_value(&table[i], value, out, detail);
     }
-    return refuse_key(key, technique, fault);
+    return refuse_key(key, technique, detail);
 }
 
 static void preset(const struct bd_model *model, struct bd_params *out)
@@ -387,13 +387,13 @@ static void preset(const struct bd_model *model, struct bd_params *out)
 // `model_of` first, wherever it stands: what is given beside it is meant to differ from it.
 static enum bd_err read_model_of(const struct bd_param_list *list,
                                  const struct bd_technique *technique, struct bd_params *out,
-                                 struct bd_fault *fault)
+                                 struct bd_err_detail *detail)
 {
     const struct param_row *row = &table[BD_PARAM_MODEL_OF];
     if (!is_read(technique, BD_PARAM_MODEL_OF)) return BD_ERR_OK;
     for (uint32_t i = 0; i < list->count; i++) {
         if (strcmp(list->pairs[i].key, row->key) != 0) continue;
-        enum bd_err err = read_technique(row, list->pairs[i].value, out, fault);
+        enum bd_err err = read_technique(row, list->pairs[i].value, out, detail);
         if (err) return err;
     }
     if (out->model_of) preset(&bd_technique_at(out->model_of - 1)->model, out);
@@ -402,25 +402,25 @@ static enum bd_err read_model_of(const struct bd_param_list *list,
 
 static enum bd_err read_over_defaults(const struct bd_param_list *list,
                                       const struct bd_technique *technique, bool paper_mode,
-                                      struct bd_params *out, struct bd_fault *fault)
+                                      struct bd_params *out, struct bd_err_detail *detail)
 {
     set_defaults(technique, paper_mode, out);
-    enum bd_err unknown = read_model_of(list, technique, out, fault);
+    enum bd_err unknown = read_model_of(list, technique, out, detail);
     if (unknown) return unknown;
     for (uint32_t i = 0; i < list->count; i++) {
         enum bd_err err =
-            read_pair(list->pairs[i].key, list->pairs[i].value, technique, out, fault);
+            read_pair(list->pairs[i].key, list->pairs[i].value, technique, out, detail);
         if (err) return err;
     }
     return BD_ERR_OK;
 }
 
 enum bd_err bd_params_read(const struct bd_param_list *list, const struct bd_technique *technique,
-                           struct bd_params *out, struct bd_fault *fault)
+                           struct bd_params *out, struct bd_err_detail *detail)
 {
-    enum bd_err err = read_over_defaults(list, technique, false, out, fault);
+    enum bd_err err = read_over_defaults(list, technique, false, out, detail);
     if (err || !out->paper_mode) return err;
-    return read_over_defaults(list, technique, true, out, fault);
+    return read_over_defaults(list, technique, true, out, detail);
 }
 
 bool bd_params_are_read(const struct bd_param_list *list, const struct bd_technique *technique)
@@ -519,17 +519,17 @@ void bd_params_write(const struct bd_params *params, const struct bd_technique *
 }
 
 enum bd_err bd_param_list_add(struct bd_param_list *list, const char *key_equals_value,
-                              struct bd_fault *fault)
+                              struct bd_err_detail *detail)
 {
     const char *equals = strchr(key_equals_value, '=');
     if (!equals || equals == key_equals_value)
-        return bd_fault_set(fault, BD_ERR_USAGE, "set", "%s: must be KEY=VALUE", key_equals_value);
+        return bd_err_set(detail, BD_ERR_USAGE, "set", "%s: must be KEY=VALUE", key_equals_value);
     size_t key_length = (size_t)(equals - key_equals_value), value_length = strlen(equals + 1);
     if (key_length >= BD_PARAM_KEY_MAX || value_length >= BD_PARAM_VALUE_MAX)
-        return bd_fault_set(fault, BD_ERR_USAGE, "set", "%.60s: key or value is longer than %d",
-                            key_equals_value, BD_PARAM_KEY_MAX - 1);
+        return bd_err_set(detail, BD_ERR_USAGE, "set", "%.60s: key or value is longer than %d",
+                          key_equals_value, BD_PARAM_KEY_MAX - 1);
     if (list->count == BD_PARAM_MAX)
-        return bd_fault_set(fault, BD_ERR_LIMIT, "set", "more than %d parameters", BD_PARAM_MAX);
+        return bd_err_set(detail, BD_ERR_LIMIT, "set", "more than %d parameters", BD_PARAM_MAX);
     memcpy(list->pairs[list->count].key, key_equals_value, key_length);
     list->pairs[list->count].key[key_length] = 0;
     memcpy(list->pairs[list->count].value, equals + 1, value_length + 1);

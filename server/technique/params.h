@@ -29,7 +29,7 @@ struct bd_param_list {
 // Splits "KEY=VALUE" and appends it.
 BD_MUST_CHECK
 enum bd_err bd_param_list_add(struct bd_param_list *list, const char *key_equals_value,
-                              struct bd_fault *fault);
+                              struct bd_err_detail *detail);
 
 // What each does, its range and its words: its row in params.c. Here what clients are not told.
 enum bd_param {
@@ -188,7 +188,7 @@ struct bd_param_default {
 // Reads `list` against what the technique reads; what is not in it has its default.
 BD_MUST_CHECK
 enum bd_err bd_params_read(const struct bd_param_list *list, const struct bd_technique *technique,
-                           struct bd_params *out, struct bd_fault *fault);
+                           struct bd_params *out, struct bd_err_detail *detail);
 
 // Whether the technique reads every parameter of `list`, whatever its value.
 bool bd_params_are_read(const struct bd_param_list *list, const struct bd_technique *technique);

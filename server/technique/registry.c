@@ -44,9 +44,9 @@ static const struct bd_technique *choose(const struct bd_param_list *given)
 }
 
 const struct bd_technique *bd_technique_for(const char *name, const struct bd_param_list *given,
-                                            struct bd_fault *fault)
+                                            struct bd_err_detail *detail)
 {
-    return bd_technique_is_auto(name) ? choose(given) : bd_technique_find(name, fault);
+    return bd_technique_is_auto(name) ? choose(given) : bd_technique_find(name, detail);
 }
 
 const struct bd_technique *bd_technique_at(uint32_t index)
@@ -69,7 +69,7 @@ const char *const *bd_technique_names(uint32_t *count)
     return names;
 }
 
-const struct bd_technique *bd_technique_find(const char *name, struct bd_fault *fault)
+const struct bd_technique *bd_technique_find(const char *name, struct bd_err_detail *detail)
 {
     char known[256] = BD_TECHNIQUE_AUTO;
     for (size_t i = 0; i < TECHNIQUE_COUNT; i++) {
@@ -77,7 +77,7 @@ const struct bd_technique *bd_technique_find(const char *name, struct bd_fault *
         size_t used = strlen(known);
         snprintf(known + used, sizeof known - used, ", %s", techniques[i]->name);
     }
-    (void)bd_fault_set(fault, BD_ERR_USAGE, "technique", "%.40s: no such technique; known: %s",
-                       name, known);
+    (void)bd_err_set(detail, BD_ERR_USAGE, "technique", "%.40s: no such technique; known: %s", name,
+                     known);
     return NULL;
 }

@@ -13,14 +13,14 @@
 
 static enum bd_err splat_indirect(const struct bd_pass_context *context,
                                   const struct bd_technique_inputs *inputs,
-                                  struct bd_indirect **out, struct bd_fault *fault)
+                                  struct bd_indirect **out, struct bd_err_detail *detail)
 {
     const struct bd_gather_inputs splat = bd_technique_gather_inputs(inputs);
     struct bd_splat_bound bound;
     bd_gpu_pass_begin(context->gpu, "splat");
     enum bd_err err =
-        bd_splat_bound_find(context, &splat, inputs->params->splat_share, &bound, fault);
-    if (!err) err = bd_splat_vpls_run(context, &splat, &bound, out, fault);
+        bd_splat_bound_find(context, &splat, inputs->params->splat_share, &bound, detail);
+    if (!err) err = bd_splat_vpls_run(context, &splat, &bound, out, detail);
     bd_gpu_pass_end(context->gpu);
     return err;
 }

@@ -17,7 +17,7 @@ bool bd_technique_shares(const struct bd_technique *technique, const struct bd_p
 static enum bd_err light_missing(const struct bd_pass_context *context,
                                  const struct bd_technique *technique,
                                  const struct bd_technique_inputs *inputs,
-                                 const struct bd_shared_light *shared, struct bd_fault *fault)
+                                 const struct bd_shared_light *shared, struct bd_err_detail *detail)
 {
     struct bd_technique_inputs own = *inputs;
     own.made.discontinuity = shared->pixels;
@@ -27,7 +27,7 @@ static enum bd_err light_missing(const struct bd_pass_context *context,
     const struct bd_unlit unlit = {.fragments = shared->missing, .into = &into};
     struct bd_multires_light *same;
     if (shared->missing->count == 0) return BD_ERR_OK;
-    enum bd_err err = technique->light_pixels(context, &own, &unlit, &same, fault);
+    enum bd_err err = technique->light_pixels(context, &own, &unlit, &same, detail);
     if (!err) bd_ray_counts_add(&shared->indirect->rays, into.rays);
     return err;
 }
@@ -36,7 +36,7 @@ enum bd_err bd_sub_frame_light(const struct bd_pass_context *context,
                                const struct bd_technique *technique,
                                const struct bd_technique_inputs *inputs,
                                const struct bd_first_sub_frame *first, struct bd_indirect **out,
-                               struct bd_fault *fault)
+                               struct bd_err_detail *detail)
 {
     const struct bd_shared_light_inputs share = {
         .scene = inputs->scene,
@@ -49,14 +49,14 @@ enum bd_err bd_sub_frame_light(const struct bd_pass_context *context,
     };
     struct bd_shared_light shared;
     bd_gpu_pass_begin(context->gpu, "share");
-    enum bd_err err = bd_shared_light_run(context, &share, &shared, fault);
+    enum bd_err err = bd_shared_light_run(context, &share, &shared, detail);
     bd_gpu_pass_end(context->gpu);
     if (err) return err;
     struct bd_technique_inputs own = *inputs;
     own.cells = first->indirect->cells;
-    err = light_missing(context, technique, &own, &shared, fault);
+    err = light_missing(context, technique, &own, &shared, detail);
     if (!err && inputs->glossy_receivers)
-        err = technique->light_glossy(context, &own, shared.indirect, fault);
+        err = technique->light_glossy(context, &own, shared.indirect, detail);
     if (!err) {
         *out = shared.indirect;
         shared.indirect = NULL;

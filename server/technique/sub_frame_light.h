@@ -26,6 +26,6 @@ enum bd_err bd_sub_frame_light(const struct bd_pass_context *context,
                                const struct bd_technique *technique,
                                const struct bd_technique_inputs *inputs,
                                const struct bd_first_sub_frame *first, struct bd_indirect **out,
-                               struct bd_fault *fault);
+                               struct bd_err_detail *detail);
 
 #endif

@@ -146,7 +146,8 @@ struct bd_unlit {
 typedef enum bd_err bd_light_fragments_fn(const struct bd_pass_context *context,
                                           const struct bd_technique_inputs *inputs,
                                           const struct bd_unlit *unlit,
-                                          struct bd_multires_light **out, struct bd_fault *fault);
+                                          struct bd_multires_light **out,
+                                          struct bd_err_detail *detail);
 
 // With fewer far rays lobes of rough dielectrics have none of their own: two rays of those take as
 // long as the far rays themselves, and their noise is as large as what the mean leaves out.
@@ -196,7 +197,7 @@ struct bd_technique {
     // Indirect light of one frame; NULL if the technique has none. Not called without lights.
     enum bd_err (*indirect)(const struct bd_pass_context *context,
                             const struct bd_technique_inputs *inputs, struct bd_indirect **out,
-                            struct bd_fault *fault);
+                            struct bd_err_detail *detail);
     // How it lights pixels of a list, each by itself: with it the sub-frames of an antialiased
     // frame share the first one's light (technique/sub_frame_light.h). NULL: each has its own.
     bd_light_fragments_fn *light_pixels;
@@ -204,7 +205,7 @@ struct bd_technique {
     // does both at once, and sub-frames share nothing where receivers are glossy.
     enum bd_err (*light_glossy)(const struct bd_pass_context *context,
                                 const struct bd_technique_inputs *inputs,
-                                struct bd_indirect *indirect, struct bd_fault *fault);
+                                struct bd_indirect *indirect, struct bd_err_detail *detail);
 };
 
 // The pass that lights, whatever holds: the first that always runs. The technique has one.
@@ -258,9 +259,9 @@ bool bd_technique_is_auto(const char *name);
 // The one of that name, otherwise as bd_technique_find; for "auto" what it prefers of those that
 // read every parameter given.
 const struct bd_technique *bd_technique_for(const char *name, const struct bd_param_list *given,
-                                            struct bd_fault *fault);
-// By name; NULL and a fault that lists the names if there is none.
-const struct bd_technique *bd_technique_find(const char *name, struct bd_fault *fault);
+                                            struct bd_err_detail *detail);
+// By name; NULL and an error that lists the names if there is none.
+const struct bd_technique *bd_technique_find(const char *name, struct bd_err_detail *detail);
 // All of them, in order; NULL past the last.
 const struct bd_technique *bd_technique_at(uint32_t index);
 // Their names, in order; static.

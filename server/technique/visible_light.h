@@ -10,7 +10,7 @@
 BD_MUST_CHECK
 enum bd_err bd_visible_light(const struct bd_pass_context *context,
                              const struct bd_technique_inputs *inputs, struct bd_indirect **out,
-                             struct bd_fault *fault);
+                             struct bd_err_detail *detail);
 
 // What the whole BRDF reflects beyond that, added as `glossy` of light that has irradiance; at
 // pixels with a specular lobe. Its pass is glossy, where that of the other is gather; with a few
@@ -18,6 +18,6 @@ enum bd_err bd_visible_light(const struct bd_pass_context *context,
 BD_MUST_CHECK
 enum bd_err bd_visible_lobes(const struct bd_pass_context *context,
                              const struct bd_technique_inputs *inputs, struct bd_indirect *indirect,
-                             struct bd_fault *fault);
+                             struct bd_err_detail *detail);
 
 #endif

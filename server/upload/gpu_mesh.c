@@ -134,15 +134,15 @@ static enum bd_err bound_mesh(struct bd_uploader *uploader, const struct bd_mesh
 // -------------------------------------------------------------------------------------------
 
 static enum bd_err upload_mesh(struct bd_uploader *uploader, const struct bd_mesh *mesh,
-                               struct bd_gpu_mesh *to, struct bd_fault *fault)
+                               struct bd_gpu_mesh *to, struct bd_err_detail *detail)
 {
     size_t vertex_bytes, index_bytes;
     lay_out(mesh, to->primitives, &vertex_bytes, &index_bytes);
     enum bd_err err = bd_buf_create_unset(uploader->gpu, "mesh vertices",
-                                          vertex_bytes ? vertex_bytes : 4, &to->vertices, fault);
+                                          vertex_bytes ? vertex_bytes : 4, &to->vertices, detail);
     if (!err)
         err = bd_buf_create_unset(uploader->gpu, "mesh indices", index_bytes ? index_bytes : 4,
-                                  &to->indices, fault);
+                                  &to->indices, detail);
     for (uint32_t p = 0; !err && p < mesh->primitive_count; p++)
         err = upload_primitive(uploader, &mesh->primitives[p], to, &to->primitives[p]);
     return err ? err : bound_mesh(uploader, mesh, to);
@@ -175,7 +175,7 @@ static struct bd_gpu_mesh *share_mesh(struct bd_uploader *uploader, struct bd_gp
 }
 
 enum bd_err bd_gpu_mesh_acquire(struct bd_uploader *uploader, const struct bd_mesh *mesh,
-                                struct bd_gpu_mesh **out, struct bd_fault *fault)
+                                struct bd_gpu_mesh **out, struct bd_err_detail *detail)
 {
     const struct bd_gpu_mesh wanted = {.content_hash = mesh->content_hash};
     struct bd_gpu_mesh **known = tfind(&wanted, &uploader->meshes, mesh_order);
@@ -190,7 +190,7 @@ enum bd_err bd_gpu_mesh_acquire(struct bd_uploader *uploader, const struct bd_me
     BD_ASSERT(made->primitives);
     made->content_hash = mesh->content_hash;
     made->primitive_count = mesh->primitive_count;
-    enum bd_err err = upload_mesh(uploader, mesh, made, fault);
+    enum bd_err err = upload_mesh(uploader, mesh, made, detail);
     if (err) {
         destroy_mesh(uploader, made);
         return err;
@@ -248,7 +248,8 @@ static struct bd_gpu_picture *share_picture(struct bd_uploader *uploader,
 }
 
 enum bd_err bd_gpu_picture_acquire(struct bd_uploader *uploader, const struct bd_picture *picture,
-                                   bool srgb, struct bd_gpu_picture **out, struct bd_fault *fault)
+                                   bool srgb, struct bd_gpu_picture **out,
+                                   struct bd_err_detail *detail)
 {
     const struct bd_gpu_picture wanted = {.content_hash = picture->content_hash, .srgb = srgb};
     struct bd_gpu_picture **known = tfind(&wanted, &uploader->pictures, picture_order);
@@ -264,7 +265,7 @@ enum bd_err bd_gpu_picture_acquire(struct bd_uploader *uploader, const struct bd
         .height_px = picture->height_px,
     };
     struct bd_tex *tex;
-    enum bd_err err = bd_tex_create(uploader->gpu, &desc, &tex, fault);
+    enum bd_err err = bd_tex_create(uploader->gpu, &desc, &tex, detail);
     if (err) return err;
     err = upload_rows(uploader, picture, tex);
     if (err) {

@@ -13,12 +13,13 @@ enum bd_err bd_uploader_pause(struct bd_uploader *uploader);
 // Finds or makes the GPU copy; the caller holds one reference.
 BD_MUST_CHECK
 enum bd_err bd_gpu_mesh_acquire(struct bd_uploader *uploader, const struct bd_mesh *mesh,
-                                struct bd_gpu_mesh **out, struct bd_fault *fault);
+                                struct bd_gpu_mesh **out, struct bd_err_detail *detail);
 void bd_gpu_mesh_drop(struct bd_uploader *uploader, struct bd_gpu_mesh **mesh);
 
 BD_MUST_CHECK
 enum bd_err bd_gpu_picture_acquire(struct bd_uploader *uploader, const struct bd_picture *picture,
-                                   bool srgb, struct bd_gpu_picture **out, struct bd_fault *fault);
+                                   bool srgb, struct bd_gpu_picture **out,
+                                   struct bd_err_detail *detail);
 void bd_gpu_picture_drop(struct bd_uploader *uploader, struct bd_gpu_picture **picture);
 
 #endif

@@ -113,20 +113,20 @@ static enum bd_err upload_triangles(struct bd_uploader *uploader, const struct b
 
 // Beyond what a shader can index, reads are undefined: holes in shadows, wrong normals.
 static enum bd_err build_triangles(struct bd_uploader *uploader, struct bd_gpu_scene *scene,
-                                   struct bd_fault *fault)
+                                   struct bd_err_detail *detail)
 {
     struct bd_gpu *gpu = uploader->gpu;
     const size_t triangle_bytes = TRIANGLE_FLOATS * sizeof(float);
     uint64_t count = scene->order.triangle_count,
              most = bd_gpu_caps(gpu)->array_max_bytes / triangle_bytes;
     if (count > most)
-        return bd_fault_set(fault, BD_ERR_LIMIT, "scene",
-                            "%llu triangles, instanced; this device can address %llu",
-                            (unsigned long long)count, (unsigned long long)most);
+        return bd_err_set(detail, BD_ERR_LIMIT, "scene",
+                          "%llu triangles, instanced; this device can address %llu",
+                          (unsigned long long)count, (unsigned long long)most);
     if (count == 0)
-        return bd_buf_create(gpu, "triangles", triangle_bytes, NULL, &scene->triangles, fault);
+        return bd_buf_create(gpu, "triangles", triangle_bytes, NULL, &scene->triangles, detail);
     enum bd_err err =
-        bd_buf_create_unset(gpu, "triangles", count * triangle_bytes, &scene->triangles, fault);
+        bd_buf_create_unset(gpu, "triangles", count * triangle_bytes, &scene->triangles, detail);
     return err ? err : upload_triangles(uploader, scene);
 }
 
@@ -168,10 +168,10 @@ static void offer_triangles(struct bd_uploader *uploader, struct bd_gpu_scene *s
 }
 
 static enum bd_err acquire_triangles(struct bd_uploader *uploader, struct bd_gpu_scene *scene,
-                                     struct bd_fault *fault)
+                                     struct bd_err_detail *detail)
 {
     if (share_triangles(uploader, scene)) return BD_ERR_OK;
-    enum bd_err err = build_triangles(uploader, scene, fault);
+    enum bd_err err = build_triangles(uploader, scene, detail);
     if (!err) offer_triangles(uploader, scene);
     return err;
 }
@@ -190,25 +190,26 @@ static void drop_triangles(struct bd_uploader *uploader, struct bd_gpu_scene *sc
 // --- textures ------------------------------------------------------------------------------
 
 static enum bd_err acquire_map(struct bd_uploader *uploader, struct bd_gpu_scene *scene,
-                               const struct bd_texture_ref *ref, bool srgb, struct bd_fault *fault)
+                               const struct bd_texture_ref *ref, bool srgb,
+                               struct bd_err_detail *detail)
 {
     if (ref->texture == BD_NONE) return BD_ERR_OK;
     int32_t picture = scene->scene->textures[ref->texture].picture;
     if (picture == BD_NONE || scene->pictures[picture][srgb]) return BD_ERR_OK;
     return bd_gpu_picture_acquire(uploader, scene->scene->pictures[picture], srgb,
-                                  &scene->pictures[picture][srgb], fault);
+                                  &scene->pictures[picture][srgb], detail);
 }
 
 // Only the maps that some pass reads, of the materials that something wears.
 static enum bd_err acquire_maps(struct bd_uploader *uploader, struct bd_gpu_scene *scene,
-                                struct bd_fault *fault)
+                                struct bd_err_detail *detail)
 {
     for (uint32_t d = 0; d < scene->order.run_count; d++) {
         const struct bd_material *m = scene->draws[d].material;
-        enum bd_err err = acquire_map(uploader, scene, &m->base_color_map, true, fault);
-        if (!err) err = acquire_map(uploader, scene, &m->metallic_roughness_map, false, fault);
-        if (!err) err = acquire_map(uploader, scene, &m->normal_map, false, fault);
-        if (!err) err = acquire_map(uploader, scene, &m->emissive_map, true, fault);
+        enum bd_err err = acquire_map(uploader, scene, &m->base_color_map, true, detail);
+        if (!err) err = acquire_map(uploader, scene, &m->metallic_roughness_map, false, detail);
+        if (!err) err = acquire_map(uploader, scene, &m->normal_map, false, detail);
+        if (!err) err = acquire_map(uploader, scene, &m->emissive_map, true, detail);
         if (err) return err;
     }
     return BD_ERR_OK;
@@ -247,20 +248,20 @@ enum bd_err bd_uploader_pause(struct bd_uploader *uploader)
 // --- the whole -----------------------------------------------------------------------------
 
 static enum bd_err acquire_meshes(struct bd_uploader *uploader, struct bd_gpu_scene *scene,
-                                  struct bd_fault *fault)
+                                  struct bd_err_detail *detail)
 {
     for (uint32_t i = 0; i < scene->scene->instance_count; i++) {
         int32_t mesh = scene->scene->instances[i].mesh;
         if (scene->meshes[mesh]) continue;
         enum bd_err err =
-            bd_gpu_mesh_acquire(uploader, scene->scene->meshes[mesh], &scene->meshes[mesh], fault);
+            bd_gpu_mesh_acquire(uploader, scene->scene->meshes[mesh], &scene->meshes[mesh], detail);
         if (err) return err;
     }
     return BD_ERR_OK;
 }
 
 enum bd_err bd_gpu_scene_create(struct bd_uploader *uploader, struct bd_scene *scene,
-                                struct bd_gpu_scene **out, struct bd_fault *fault)
+                                struct bd_gpu_scene **out, struct bd_err_detail *detail)
 {
     begin_piece(uploader);
     struct bd_gpu_scene *made = calloc(1, sizeof *made);
@@ -273,12 +274,12 @@ enum bd_err bd_gpu_scene_create(struct bd_uploader *uploader, struct bd_scene *s
     made->pictures = calloc(scene->picture_count + 1, sizeof *made->pictures);
     BD_ASSERT(made->meshes && made->pictures);
 
-    enum bd_err err = acquire_meshes(uploader, made, fault);
+    enum bd_err err = acquire_meshes(uploader, made, detail);
     if (!err) {
         build_draws(made);
-        err = acquire_maps(uploader, made, fault);
+        err = acquire_maps(uploader, made, detail);
     }
-    if (!err) err = acquire_triangles(uploader, made, fault);
+    if (!err) err = acquire_triangles(uploader, made, detail);
     end_piece(uploader);
     if (err) {
         bd_gpu_scene_destroy(uploader, &made);

@@ -95,10 +95,10 @@ struct bd_uploader {
     uint64_t piece_start_ns;
 };
 
-// Errors: those of `pause`, BD_ERR_NO_MEMORY, BD_ERR_LIMIT; the fault names the limit.
+// Errors: those of `pause`, BD_ERR_NO_MEMORY, BD_ERR_LIMIT; the error names the limit.
 BD_MUST_CHECK
 enum bd_err bd_gpu_scene_create(struct bd_uploader *uploader, struct bd_scene *scene,
-                                struct bd_gpu_scene **out, struct bd_fault *fault);
+                                struct bd_gpu_scene **out, struct bd_err_detail *detail);
 void bd_gpu_scene_destroy(struct bd_uploader *uploader, struct bd_gpu_scene **scene);
 // What it alone keeps, on the device and on the host: triangles, unless others had them already,
 // draws and the snapshot's objects. Meshes and textures, which scenes share, are counted by the

@@ -116,19 +116,19 @@ static enum bd_err add_all(struct bd_seen *seen, struct gathering *from)
 }
 
 static enum bd_err bring(struct bd_seen *seen, struct bd_gpu *gpu, const uint32_t *attribute,
-                         struct bd_fault *fault)
+                         struct bd_err_detail *detail)
 {
     const size_t count = seen->count ? seen->count : 1; // buffers are never empty
     enum bd_err err = bd_buf_create(gpu, "instances", count * ROW_FLOATS * sizeof *seen->rows,
-                                    seen->rows, &seen->array, fault);
+                                    seen->rows, &seen->array, detail);
     if (err) return err;
     return bd_buf_create(gpu, "instance ids", count * BD_INSTANCE_ATTRIBUTES * sizeof *attribute,
-                         attribute, &seen->attribute, fault);
+                         attribute, &seen->attribute, detail);
 }
 
 enum bd_err bd_seen_init(struct bd_seen *seen, struct bd_gpu *gpu, const struct bd_gpu_scene *scene,
                          const struct bd_viewpoint *viewpoint, enum bd_err (*pause)(void *user),
-                         void *user, struct bd_fault *fault)
+                         void *user, struct bd_err_detail *detail)
 {
     const size_t most = (size_t)scene->order.instance_count + 1;
     *seen = (struct bd_seen){
@@ -146,7 +146,7 @@ enum bd_err bd_seen_init(struct bd_seen *seen, struct bd_gpu *gpu, const struct 
     };
     BD_ASSERT(seen->instances && seen->runs && seen->rows && from.attribute);
     enum bd_err err = add_all(seen, &from);
-    if (!err) err = bring(seen, gpu, from.attribute, fault);
+    if (!err) err = bring(seen, gpu, from.attribute, detail);
     free(from.attribute);
     return err;
 }

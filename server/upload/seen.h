@@ -26,12 +26,12 @@ struct bd_seen {
     struct bd_buf *array, *attribute;   // shared/instance.h
 };
 
-// The caller finishes it, also after a fault. `pause`, as the uploader's, is asked every few
+// The caller finishes it, also after an error. `pause`, as the uploader's, is asked every few
 // thousand instances.
 BD_MUST_CHECK
 enum bd_err bd_seen_init(struct bd_seen *seen, struct bd_gpu *gpu, const struct bd_gpu_scene *scene,
                          const struct bd_viewpoint *viewpoint, enum bd_err (*pause)(void *user),
-                         void *user, struct bd_fault *fault);
+                         void *user, struct bd_err_detail *detail);
 void bd_seen_finish(struct bd_seen *seen, struct bd_gpu *gpu);
 
 #endif

@@ -16,10 +16,10 @@ static struct bd_tex *make_tex(struct bd_gpu *gpu, enum bd_format format, uint32
                                uint32_t height_px, const void *texels, size_t size_bytes)
 {
     struct bd_tex *tex;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     const struct bd_tex_desc desc = {
         .name = "test", .format = format, .width_px = width_px, .height_px = height_px};
-    if (bd_tex_create(gpu, &desc, &tex, &fault)) fail_msg("%s", fault.message);
+    if (bd_tex_create(gpu, &desc, &tex, &detail)) fail_msg("%s", detail.message);
     bd_tex_upload(gpu, tex, 0, texels, size_bytes);
     return tex;
 }
@@ -27,9 +27,9 @@ static struct bd_tex *make_tex(struct bd_gpu *gpu, enum bd_format format, uint32
 static struct bd_buf *make_buf(struct bd_gpu *gpu, size_t size_bytes, const void *initial)
 {
     struct bd_buf *buf;
-    struct bd_fault fault = {0};
-    if (bd_buf_create(gpu, "test", size_bytes, initial, &buf, &fault))
-        fail_msg("%s", fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_buf_create(gpu, "test", size_bytes, initial, &buf, &detail))
+        fail_msg("%s", detail.message);
     return buf;
 }
 
@@ -39,8 +39,8 @@ float *blocks_texels(struct bd_gpu *gpu, const struct bd_tex *tex)
     size_t size_bytes = (size_t)desc->width_px * desc->height_px * 4 * sizeof(float);
     float *texels = malloc(size_bytes);
     struct bd_readback *readback;
-    struct bd_fault fault = {0};
-    assert_int_equal(bd_gpu_readback_start(gpu, tex, 0, &readback, &fault), BD_ERR_OK);
+    struct bd_err_detail detail = {0};
+    assert_int_equal(bd_gpu_readback_start(gpu, tex, 0, &readback, &detail), BD_ERR_OK);
     assert_int_equal(bd_gpu_readback_finish(gpu, &readback, texels, size_bytes), BD_ERR_OK);
     return texels;
 }
@@ -311,8 +311,9 @@ float *blocks_gathered(struct blocks *blocks)
         .list_count = 1,
     };
     struct bd_indirect *indirect;
-    struct bd_fault fault = {0};
-    if (bd_gather_run(&blocks->context, &inputs, &indirect, &fault)) fail_msg("%s", fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_gather_run(&blocks->context, &inputs, &indirect, &detail))
+        fail_msg("%s", detail.message);
     return take_irradiance(blocks, &indirect);
 }
 
@@ -331,9 +332,9 @@ struct bd_multires_light *blocks_light(struct blocks *blocks, enum bd_fragment_v
         .visit = visit,
     };
     struct bd_multires_light *light;
-    struct bd_fault fault = {0};
-    if (bd_gather_fragments_run(&blocks->context, &inputs, &light, &fault))
-        fail_msg("%s", fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_gather_fragments_run(&blocks->context, &inputs, &light, &detail))
+        fail_msg("%s", detail.message);
     return light;
 }
 
@@ -356,10 +357,10 @@ static void fill_linear(const struct blocks *blocks, float *fine, float *coarse)
 struct bd_multires_light *blocks_linear_light(struct blocks *blocks)
 {
     struct bd_multires_light *light;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     if (bd_multires_light_create(blocks->gpu, &blocks->fragments.layout, BD_LIGHT_VECTORS_NONE,
-                                 &light, &fault))
-        fail_msg("%s", fault.message);
+                                 &light, &detail))
+        fail_msg("%s", detail.message);
     size_t fine_bytes = bd_tex_bytes(light->fine), coarse_bytes = bd_tex_bytes(light->coarse);
     float *fine = calloc(1, fine_bytes), *coarse = calloc(1, coarse_bytes);
     fill_linear(blocks, fine, coarse);
@@ -377,9 +378,9 @@ static struct bd_surfaces *make_surfaces(struct blocks *blocks)
         .space = &blocks->scene.space,
     };
     struct bd_surfaces *surfaces;
-    struct bd_fault fault = {0};
-    if (bd_surfaces_run(&blocks->context, &inputs, &blocks->discontinuity, &surfaces, &fault))
-        fail_msg("%s", fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_surfaces_run(&blocks->context, &inputs, &blocks->discontinuity, &surfaces, &detail))
+        fail_msg("%s", detail.message);
     return surfaces;
 }
 
@@ -399,9 +400,9 @@ float *blocks_upsampled(struct blocks *blocks, struct bd_multires_light **light,
         .detail = detail,
     };
     struct bd_indirect *indirect;
-    struct bd_fault fault = {0};
-    if (bd_upsample_run(&blocks->context, &inputs, &indirect, &fault))
-        fail_msg("%s", fault.message);
+    struct bd_err_detail error = {0};
+    if (bd_upsample_run(&blocks->context, &inputs, &indirect, &error))
+        fail_msg("%s", error.message);
     bd_surfaces_destroy(blocks->gpu, &surfaces);
     bd_multires_light_destroy(blocks->gpu, light);
     return take_irradiance(blocks, &indirect);

@@ -227,9 +227,9 @@ static void black_is_data(void **state)
     struct blocks b;
     blocks_create(*state, &lined, &b);
     struct bd_multires_light *light;
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     assert_int_equal(bd_multires_light_create(*state, &b.fragments.layout, BD_LIGHT_VECTORS_NONE,
-                                              &light, &fault),
+                                              &light, &detail),
                      0);
     float *coarse = calloc(1, bd_tex_bytes(light->coarse)),
           *fine = calloc(1, bd_tex_bytes(light->fine));

@@ -62,9 +62,9 @@ static struct bd_multires_light *gather(struct blocks *b, const struct bd_fragme
         .into = into,
     };
     struct bd_multires_light *light;
-    struct bd_fault fault = {0};
-    if (bd_gather_fragments_run(&b->context, &inputs, &light, &fault))
-        fail_msg("%s", fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_gather_fragments_run(&b->context, &inputs, &light, &detail))
+        fail_msg("%s", detail.message);
     return light;
 }
 
@@ -75,10 +75,10 @@ static struct bd_fragments *split(struct blocks *b, const struct bd_fragments *p
         .gbuffer = &b->gbuffer, .viewpoint = &b->viewpoint, .space = &b->scene.space};
     const struct bd_light_of_blocks blocks = {light->coarse, light->coarse_vector};
     struct bd_fragments *parts;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     if (bd_fragments_refine(&b->context, &inputs, &b->discontinuity, &b->fragments, parents,
-                            &blocks, threshold, &parts, &fault))
-        fail_msg("%s", fault.message);
+                            &blocks, threshold, &parts, &detail))
+        fail_msg("%s", detail.message);
     return parts;
 }
 

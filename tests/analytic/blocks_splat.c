@@ -58,10 +58,10 @@ static struct bd_multires_light *light_of(struct blocks *b, bool splat, bool vec
         .vector = vector,
     };
     struct bd_multires_light *light;
-    struct bd_fault fault = {0};
-    enum bd_err err = splat ? bd_splat_fragments_run(&b->context, &inputs, &light, &fault)
-                            : bd_gather_fragments_run(&b->context, &inputs, &light, &fault);
-    if (err) fail_msg("%s", fault.message);
+    struct bd_err_detail detail = {0};
+    enum bd_err err = splat ? bd_splat_fragments_run(&b->context, &inputs, &light, &detail)
+                            : bd_gather_fragments_run(&b->context, &inputs, &light, &detail);
+    if (err) fail_msg("%s", detail.message);
     return light;
 }
 

@@ -38,15 +38,15 @@ static void render(struct world *w, const char *technique, uint64_t seed, const 
                    struct bd_image *layers[BD_LAYER_COUNT])
 {
     struct bd_frame_request request = bd_frame_request_default;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     snprintf(request.technique, sizeof request.technique, "%s", technique);
     request.width_px = request.height_px = SIDE_PX;
     request.layers |= BD_LAYERS_DOUBT;
     request.seed = seed;
     if (settings) assert_int_equal(bd_param_list_add(&request.params, settings, NULL), BD_ERR_OK);
     memset(layers, 0, BD_LAYER_COUNT * sizeof *layers);
-    if (bd_frame_render(&w->renderer, w->scene, &request, NULL, NULL, layers, &w->report, &fault))
-        fail_msg("%s", fault.message);
+    if (bd_frame_render(&w->renderer, w->scene, &request, NULL, NULL, layers, &w->report, &detail))
+        fail_msg("%s", detail.message);
 }
 
 static double beauty_at(const struct bd_image *beauty, uint32_t i)
@@ -129,7 +129,7 @@ static void sub_frames_that_share_doubt_alike(void **state)
     struct bd_frame_request request = bd_frame_request_default;
     struct bd_image *layers[BD_LAYER_COUNT] = {0};
     struct bd_report report;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     double estimate[2];
     make_room(w, false);
     snprintf(request.technique, sizeof request.technique, "many_light");
@@ -137,7 +137,7 @@ static void sub_frames_that_share_doubt_alike(void **state)
     for (int i = 0; i < 2; i++) {
         request.aa = i ? 4 : 1;
         assert_int_equal(
-            bd_frame_render(&w->renderer, w->scene, &request, NULL, NULL, layers, &report, &fault),
+            bd_frame_render(&w->renderer, w->scene, &request, NULL, NULL, layers, &report, &detail),
             BD_ERR_OK);
         assert_null(layers[BD_LAYER_NOISE]); // nobody asked for it
         assert_true(report.has_own_estimate);

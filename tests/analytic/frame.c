@@ -126,10 +126,10 @@ static void another_camera_reuses_the_light_side(void **state)
 static struct bd_gpu_scene *uploaded(struct world *w)
 {
     struct bd_gpu_scene *scene;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     bd_slicer_init(&w->renderer.slicer, w->gpu, NULL, NULL);
-    if (bd_gpu_scene_create(&w->renderer.uploader, w->scene, &scene, &fault))
-        fail_msg("%s", fault.message);
+    if (bd_gpu_scene_create(&w->renderer.uploader, w->scene, &scene, &detail))
+        fail_msg("%s", detail.message);
     return scene;
 }
 
@@ -568,9 +568,9 @@ static void a_plan_renders_nothing(void **state)
     struct bd_frame_request request = bd_frame_request_default;
     request.plan_only = true;
     struct bd_image *layers[BD_LAYER_COUNT] = {0};
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     assert_int_equal(
-        bd_frame_render(&w->renderer, w->scene, &request, NULL, NULL, layers, &w->report, &fault),
+        bd_frame_render(&w->renderer, w->scene, &request, NULL, NULL, layers, &w->report, &detail),
         BD_ERR_OK);
     assert_null(layers[0]);
     assert_int_equal(state_of(&w->report, "gather"), BD_PASS_PLANNED);
@@ -596,9 +596,9 @@ static void one_name_for_two_cameras_is_flagged(void **state)
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         struct bd_frame_request request = bd_frame_request_default;
         struct bd_plan plan;
-        struct bd_fault fault = {0};
+        struct bd_err_detail detail = {0};
         snprintf(request.camera, sizeof request.camera, "%s", cases[i].camera);
-        assert_int_equal(bd_plan_make(w->scene, &request, &plan, &w->report, &fault), BD_ERR_OK);
+        assert_int_equal(bd_plan_make(w->scene, &request, &plan, &w->report, &detail), BD_ERR_OK);
         assert_int_equal(plan.camera, cases[i].found);
         assert_true(cases[i].flagged == has_flag(&w->report, "camera_ambiguous: the first of 2 of "
                                                              "that name; name it by index"));
@@ -625,15 +625,15 @@ static void bad_requests_name_the_field(void **state)
                  {"rsm", NULL, "2", "camera"}};
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         struct bd_frame_request request = bd_frame_request_default;
-        struct bd_fault fault = {0};
+        struct bd_err_detail detail = {0};
         snprintf(request.technique, sizeof request.technique, "%s", cases[i].technique);
         snprintf(request.camera, sizeof request.camera, "%s", cases[i].camera);
         if (cases[i].setting)
-            assert_int_equal(bd_param_list_add(&request.params, cases[i].setting, &fault), 0);
+            assert_int_equal(bd_param_list_add(&request.params, cases[i].setting, &detail), 0);
         assert_int_equal(bd_frame_render(&w->renderer, w->scene, &request, NULL, NULL, layers,
-                                         &w->report, &fault),
+                                         &w->report, &detail),
                          BD_ERR_USAGE);
-        assert_string_equal(fault.field, cases[i].field);
+        assert_string_equal(detail.field, cases[i].field);
     }
 }
 

@@ -51,18 +51,18 @@ static void light_up(struct stage *s, uint32_t light, uint32_t leaf_side, uint32
                      enum bd_vpl_kernel kernel)
 {
     const struct bd_light_setup setup = bd_light_setup_of(s->view.world->scene, light);
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     struct bd_rsm *rsm;
     const struct bd_rsm_inputs to_rsm = {
         .scene = s->view.scene, .light = &setup, .side_px = 4 * leaf_side, .lambert = true};
-    assert_int_equal(bd_rsm_render(&s->view.context, &to_rsm, &rsm, &fault), BD_ERR_OK);
+    assert_int_equal(bd_rsm_render(&s->view.context, &to_rsm, &rsm, &detail), BD_ERR_OK);
     const struct bd_vpl_grid_inputs to_vpls = {.rsm = rsm,
                                                .light = &setup,
                                                .space = &s->view.scene->space,
                                                .grid_side = leaf_side,
                                                .kernel = kernel,
                                                .near_field = near_field};
-    assert_int_equal(bd_vpl_grid_run(&s->view.context, &to_vpls, &s->lists[light], &fault),
+    assert_int_equal(bd_vpl_grid_run(&s->view.context, &to_vpls, &s->lists[light], &detail),
                      BD_ERR_OK);
     bd_rsm_destroy(s->view.world->gpu, &rsm);
     const struct bd_vpl_tree_inputs to_tree = {.leaves = s->lists[light],
@@ -71,7 +71,7 @@ static void light_up(struct stage *s, uint32_t light, uint32_t leaf_side, uint32
                                                .root_side = root_side,
                                                .light = &setup,
                                                .space = &s->view.scene->space};
-    assert_int_equal(bd_vpl_tree_run(&s->view.context, &to_tree, &s->trees[light], &fault),
+    assert_int_equal(bd_vpl_tree_run(&s->view.context, &to_tree, &s->trees[light], &detail),
                      BD_ERR_OK);
 }
 
@@ -111,8 +111,8 @@ static void gather_flat(struct stage *s, picture out)
                                             .list_count = LIGHTS,
                                             .near_patches = s->patches};
     struct bd_indirect *indirect;
-    struct bd_fault fault = {0};
-    assert_int_equal(bd_gather_run(&s->view.context, &inputs, &indirect, &fault), BD_ERR_OK);
+    struct bd_err_detail detail = {0};
+    assert_int_equal(bd_gather_run(&s->view.context, &inputs, &indirect, &detail), BD_ERR_OK);
     read_irradiance(s, indirect, out);
 }
 
@@ -136,8 +136,8 @@ static void gather_cut(struct stage *s, enum bd_tree_criterion criterion, double
 {
     const struct bd_gather_tree_inputs inputs = cut_inputs(s, criterion, tau);
     struct bd_indirect *indirect;
-    struct bd_fault fault = {0};
-    assert_int_equal(bd_gather_tree_run(&s->view.context, &inputs, &indirect, &fault), BD_ERR_OK);
+    struct bd_err_detail detail = {0};
+    assert_int_equal(bd_gather_tree_run(&s->view.context, &inputs, &indirect, &detail), BD_ERR_OK);
     read_irradiance(s, indirect, out);
 }
 
@@ -217,17 +217,17 @@ static void assert_same_light(struct stage *s, const struct bd_tex *a, const str
 static void find_fragments(struct stage *s, struct bd_discontinuity **discontinuity,
                            struct bd_fragments **fragments)
 {
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     const struct bd_discontinuity_inputs look = {
         .gbuffer = s->view.gbuffer,
         .viewpoint = &s->view.viewpoint,
         .space = &s->view.scene->space,
         .settings = {.depth_threshold = .3, .normal_threshold = .3, .coarsest_side = 4},
     };
-    assert_int_equal(bd_discontinuity_run(&s->view.context, &look, discontinuity, &fault),
+    assert_int_equal(bd_discontinuity_run(&s->view.context, &look, discontinuity, &detail),
                      BD_ERR_OK);
     assert_int_equal(bd_fragments_run(&s->view.context, &look, *discontinuity,
-                                      BD_REFINEMENT_ONE_PASS, fragments, &fault),
+                                      BD_REFINEMENT_ONE_PASS, fragments, &detail),
                      BD_ERR_OK);
     assert_true((*fragments)->level_count[0] > 0 && (*fragments)->level_count[1] > 0);
 }
@@ -236,7 +236,7 @@ static void fragments_are_lit_as_by_every_leaf(void **state)
 {
     build_room(*state, 1, 1);
     struct stage s = open_stage(*state, 16, 4, BD_KERNEL_PATCH);
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     struct bd_discontinuity *discontinuity;
     struct bd_fragments *fragments;
     find_fragments(&s, &discontinuity, &fragments);
@@ -256,9 +256,9 @@ static void fragments_are_lit_as_by_every_leaf(void **state)
     inputs.fragments = fragments;
     inputs.vector = true;
     struct bd_multires_light *flat, *cut;
-    assert_int_equal(bd_gather_fragments_run(&s.view.context, &flat_inputs, &flat, &fault),
+    assert_int_equal(bd_gather_fragments_run(&s.view.context, &flat_inputs, &flat, &detail),
                      BD_ERR_OK);
-    assert_int_equal(bd_gather_tree_fragments_run(&s.view.context, &inputs, &cut, &fault),
+    assert_int_equal(bd_gather_tree_fragments_run(&s.view.context, &inputs, &cut, &detail),
                      BD_ERR_OK);
     assert_same_light(&s, cut->fine, flat->fine);
     assert_same_light(&s, cut->coarse, flat->coarse);

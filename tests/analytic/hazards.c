@@ -85,16 +85,16 @@ static void receivers_on_vpls_stay_finite(void **state)
 // Sum of the areas that the VPLs of the scene's first light stand for, m^2.
 static double vpl_area_sum(struct world *w, uint32_t side_px, uint32_t grid_side)
 {
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     struct bd_rsm *rsm;
     struct bd_vpl_list *list;
     struct view view = view_open(w);
     const struct bd_light_setup light = bd_light_setup_of(w->scene, 0);
     const struct bd_rsm_inputs to_rsm = {.scene = view.scene, .light = &light, .side_px = side_px};
-    assert_int_equal(bd_rsm_render(&view.context, &to_rsm, &rsm, &fault), BD_ERR_OK);
+    assert_int_equal(bd_rsm_render(&view.context, &to_rsm, &rsm, &detail), BD_ERR_OK);
     const struct bd_vpl_grid_inputs to_vpls = {
         .rsm = rsm, .light = &light, .space = &view.scene->space, .grid_side = grid_side};
-    assert_int_equal(bd_vpl_grid_run(&view.context, &to_vpls, &list, &fault), BD_ERR_OK);
+    assert_int_equal(bd_vpl_grid_run(&view.context, &to_vpls, &list, &detail), BD_ERR_OK);
     size_t bytes = list->count * BD_VPL_QUAD_VEC4S * sizeof(struct bd_vec4);
     struct bd_vec4 *quads = malloc(bytes);
     assert_int_equal(bd_buf_read(w->gpu, list->quads, 0, quads, bytes), BD_ERR_OK);

@@ -10,9 +10,9 @@
 static struct bd_buf *create_buf(struct bd_gpu *gpu, size_t size_bytes, const void *initial)
 {
     struct bd_buf *buf;
-    struct bd_fault fault = {0};
-    if (bd_buf_create(gpu, "test", size_bytes, initial, &buf, &fault))
-        fail_msg("%s", fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_buf_create(gpu, "test", size_bytes, initial, &buf, &detail))
+        fail_msg("%s", detail.message);
     return buf;
 }
 
@@ -21,8 +21,8 @@ void kernel_run(struct bd_gpu *gpu, const char *compute, uint32_t groups, const 
 {
     const struct bd_program_source source = {.compute = compute};
     struct bd_program *program;
-    struct bd_fault fault = {0};
-    if (bd_program_get(gpu, &source, &program, &fault)) fail_msg("%s", fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_program_get(gpu, &source, &program, &detail)) fail_msg("%s", detail.message);
     struct bd_buf *in_buf = create_buf(gpu, in_bytes, in);
     struct bd_buf *out_buf = create_buf(gpu, out_bytes, NULL);
     const struct bd_bindings bindings = {
@@ -38,9 +38,9 @@ void kernel_run(struct bd_gpu *gpu, const char *compute, uint32_t groups, const 
 int kernel_open_device(void **state)
 {
     const struct bd_gpu_options options = {.device = "auto", .debug = true};
-    struct bd_fault fault = {0};
-    if (bd_gpu_create(&options, (struct bd_gpu **)state, &fault)) {
-        fprintf(stderr, "skipped: %s\n", fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_gpu_create(&options, (struct bd_gpu **)state, &detail)) {
+        fprintf(stderr, "skipped: %s\n", detail.message);
         exit(77);
     }
     return 0;

@@ -73,15 +73,15 @@ static struct bd_report render(struct world *w, const struct bd_technique *techn
     struct bd_frame_request request = bd_frame_request_default;
     struct bd_image *layers[BD_LAYER_COUNT] = {0};
     struct bd_report report;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     snprintf(request.technique, sizeof request.technique, "%s", technique->name);
     request.width_px = request.height_px = side_px;
     request.params = *params;
     request.fresh = BD_FRESH_CAMERA;
     double begun_ms = processor_ms();
     enum bd_err err =
-        bd_frame_render(&w->renderer, w->scene, &request, NULL, NULL, layers, &report, &fault);
-    if (err) fail_msg("%s: %s", technique->name, fault.message);
+        bd_frame_render(&w->renderer, w->scene, &request, NULL, NULL, layers, &report, &detail);
+    if (err) fail_msg("%s: %s", technique->name, detail.message);
     *ms = processor_ms() - begun_ms;
     world_free_layers(layers);
     return report;

@@ -60,10 +60,10 @@ struct picture {
 static struct picture render(struct world *w, const struct bd_frame_request *request)
 {
     struct picture picture = {0};
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     if (bd_frame_render(&w->renderer, w->scene, request, NULL, NULL, picture.layers,
-                        &picture.report, &fault))
-        fail_msg("%s", fault.message);
+                        &picture.report, &detail))
+        fail_msg("%s", detail.message);
     return picture;
 }
 
@@ -150,10 +150,10 @@ static uint32_t block_px(struct world *w, uint32_t width_px, uint32_t height_px,
                          const char *settings)
 {
     const struct bd_frame_request request = request_of(width_px, height_px, aa, settings);
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     struct bd_report report;
     struct bd_plan plan;
-    assert_int_equal(bd_plan_make(w->scene, &request, &plan, &report, &fault), BD_ERR_OK);
+    assert_int_equal(bd_plan_make(w->scene, &request, &plan, &report, &detail), BD_ERR_OK);
     assert_int_equal(plan.shared, aa > 1 || plan.block_px > 1);
     return plan.block_px;
 }

@@ -57,13 +57,13 @@ static struct path_set walk_set_of(struct view *view, uint32_t count, bool tree,
                                    uint32_t reflections, const struct bd_light_uniform *lamp)
 {
     struct world *w = view->world;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     struct bd_area_lights *lights;
     struct bd_rays *rays;
     struct bd_light_paths *paths;
     const struct bd_rays_build how = {.repeated_max = BD_RAYS_REPEATED_MAX};
-    assert_int_equal(bd_area_lights_create(w->scene, go_on, NULL, &lights, &fault), BD_ERR_OK);
-    assert_int_equal(bd_rays_create(w->scene, &how, &rays, &fault), BD_ERR_OK);
+    assert_int_equal(bd_area_lights_create(w->scene, go_on, NULL, &lights, &detail), BD_ERR_OK);
+    assert_int_equal(bd_rays_create(w->scene, &how, &rays, &detail), BD_ERR_OK);
     struct bd_occluders *occluders = bd_occluders_of_rays(&rays);
     const struct bd_light_paths_inputs inputs = {
         .scene = view->scene,
@@ -80,7 +80,8 @@ static struct path_set walk_set_of(struct view *view, uint32_t count, bool tree,
         .punctuals_fall = lamps_fall,
         .reflections = reflections,
     };
-    if (bd_light_paths_run(&view->context, &inputs, &paths, &fault)) fail_msg("%s", fault.message);
+    if (bd_light_paths_run(&view->context, &inputs, &paths, &detail))
+        fail_msg("%s", detail.message);
     struct path_set set = {.count = paths->vpls->count};
     const size_t bytes = (size_t)set.count * BD_VPL_VEC4S * sizeof *set.lights;
     set.lights = malloc(bytes);
@@ -443,7 +444,7 @@ static void the_sky_is_seen_behind_everything(void **state)
 static void points_lie_by_area_on_both_sides(void **state)
 {
     struct world *w = *state;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     struct bd_surface_points points;
     world_clear(w);
     const double large[4][3] = {{-1, 0, 1}, {1, 0, 1}, {1, 0, -1}, {-1, 0, -1}};
@@ -458,7 +459,7 @@ static void points_lie_by_area_on_both_sides(void **state)
     w->scene->materials[of[1]].double_sided = true;
     w->scene->materials[of[2]].unlit = true;
     world_finish(w);
-    assert_int_equal(bd_surface_points_init(&points, w->scene, 6000, true, go_on, NULL, &fault),
+    assert_int_equal(bd_surface_points_init(&points, w->scene, 6000, true, go_on, NULL, &detail),
                      BD_ERR_OK);
     uint32_t on_large = 0, above = 0, below = 0;
     for (uint32_t i = 0; i < points.count; i++) {

@@ -303,16 +303,16 @@ static void more_first_light_than_there_may_be_is_refused(void **state)
     struct bd_frame_request request = bd_frame_request_default;
     struct bd_image *layers[BD_LAYER_COUNT] = {0};
     struct bd_report report;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     make_corridor(w);
     snprintf(request.technique, sizeof request.technique, "many_light");
     request.width_px = request.height_px = 4;
     assert_int_equal(bd_param_list_add(&request.params, "vpls=16777216", NULL), BD_ERR_OK);
     assert_int_equal(
-        bd_frame_render(&w->renderer, w->scene, &request, NULL, NULL, layers, &report, &fault),
+        bd_frame_render(&w->renderer, w->scene, &request, NULL, NULL, layers, &report, &detail),
         BD_ERR_LIMIT);
-    assert_string_equal(fault.field, "vpls");
-    assert_non_null(strstr(fault.message, "1048576"));
+    assert_string_equal(detail.field, "vpls");
+    assert_non_null(strstr(detail.message, "1048576"));
 }
 
 // --- two rooms ----------------------------------------------------------------------------------

@@ -1,5 +1,5 @@
 // Frames that cannot be finished: too little memory, too many triangles, a stop at every place
-// where one is asked for. Each ends with one clear fault, gives back what it took, and the next
+// where one is asked for. Each ends with one clear error, gives back what it took, and the next
 // frame is as if it had never been.
 
 #include <setjmp.h>
@@ -29,8 +29,8 @@ static void make_room(struct world *w)
     world_add_light(w, BD_LIGHT_POINT, lamp, down, 1);
     world_add_light(w, BD_LIGHT_SPOT, origin, down, 1);
     world_add_camera(w, eye, origin, 1.0);
-    struct bd_fault fault = {0};
-    assert_int_equal(bd_scene_finish(w->scene, &fault), BD_ERR_OK);
+    struct bd_err_detail detail = {0};
+    assert_int_equal(bd_scene_finish(w->scene, &detail), BD_ERR_OK);
     w->finished = true;
 }
 
@@ -38,17 +38,17 @@ static struct bd_frame_request small_request(void)
 {
     const char *const settings[] = {"vpls=96", "rsm_size=32", "shadow_size=64"};
     struct bd_frame_request request = bd_frame_request_default;
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     request.width_px = request.height_px = SIDE;
     request.layers = (1u << BD_LAYER_RENDERED_COUNT) - 1;
     for (int i = 0; i < 3; i++)
-        assert_int_equal(bd_param_list_add(&request.params, settings[i], &fault), BD_ERR_OK);
+        assert_int_equal(bd_param_list_add(&request.params, settings[i], &detail), BD_ERR_OK);
     return request;
 }
 
 struct outcome {
     enum bd_err err;
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     struct bd_image *layers[BD_LAYER_COUNT];
 };
 
@@ -57,7 +57,7 @@ static struct outcome render(struct world *w, enum bd_err (*should_stop)(void *)
     const struct bd_frame_request request = small_request();
     struct outcome o = {0};
     o.err = bd_frame_render(&w->renderer, w->scene, &request, should_stop, user, o.layers,
-                            &w->report, &o.fault);
+                            &w->report, &o.detail);
     for (int l = 0; l < BD_LAYER_RENDERED_COUNT; l++)
         assert_true((o.layers[l] != NULL) == (o.err == 0));
     return o;
@@ -99,8 +99,8 @@ static void too_little_memory_is_told_and_given_back(void **state)
         if (o.err) {
             failed++;
             assert_int_equal(o.err, BD_ERR_NO_MEMORY);
-            assert_string_equal(o.fault.field, "gpu_memory");
-            assert_non_null(strstr(o.fault.message, "MiB allowed"));
+            assert_string_equal(o.detail.field, "gpu_memory");
+            assert_non_null(strstr(o.detail.message, "MiB allowed"));
             bd_gpu_set_memory_limit(w->gpu, 0);
             o = render(w, NULL, NULL); // with what the failed one left in the memo
         } else {
@@ -173,8 +173,8 @@ static void slices_change_no_byte(void **state)
     const double lamp[3] = {.3, 1, .2}, eye[3] = {.7, 1.4, .9};
     world_add_light(w, BD_LIGHT_POINT, lamp, down, 1);
     world_add_camera(w, eye, origin, 1.0);
-    struct bd_fault fault = {0};
-    assert_int_equal(bd_scene_finish(w->scene, &fault), BD_ERR_OK);
+    struct bd_err_detail detail = {0};
+    assert_int_equal(bd_scene_finish(w->scene, &detail), BD_ERR_OK);
     w->finished = true;
     struct outcome whole = render_at(w, 1e12);
     uint32_t few = w->renderer.slicer.slice_count;
@@ -201,13 +201,13 @@ static void more_triangles_than_a_shader_can_index(void **state)
     world_add_placements(w, 0, (uint32_t)(most / (2 * 256 * 256)));
     const double eye[3] = {0, 1, 0};
     world_add_camera(w, eye, origin, 1.0);
-    struct bd_fault fault = {0};
-    assert_int_equal(bd_scene_finish(w->scene, &fault), BD_ERR_OK);
+    struct bd_err_detail detail = {0};
+    assert_int_equal(bd_scene_finish(w->scene, &detail), BD_ERR_OK);
     w->finished = true;
     struct outcome o = render(w, NULL, NULL);
     assert_int_equal(o.err, BD_ERR_LIMIT);
-    print_message("    %s: %s\n", o.fault.field, o.fault.message);
-    assert_string_equal(o.fault.field, "scene");
+    print_message("    %s: %s\n", o.detail.field, o.detail.message);
+    assert_string_equal(o.detail.field, "scene");
     make_room(w);
     struct outcome after = render(w, NULL, NULL);
     assert_int_equal(after.err, BD_ERR_OK);

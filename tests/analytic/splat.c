@@ -91,9 +91,9 @@ static struct bd_splat_bound splat(struct stage *s, double share, pixels out)
     };
     struct bd_splat_bound bound;
     struct bd_indirect *light;
-    struct bd_fault fault = {0};
-    assert_int_equal(bd_splat_bound_find(&s->view.context, &inputs, share, &bound, &fault), 0);
-    assert_int_equal(bd_splat_vpls_run(&s->view.context, &inputs, &bound, &light, &fault), 0);
+    struct bd_err_detail detail = {0};
+    assert_int_equal(bd_splat_bound_find(&s->view.context, &inputs, share, &bound, &detail), 0);
+    assert_int_equal(bd_splat_vpls_run(&s->view.context, &inputs, &bound, &light, &detail), 0);
     view_read(&s->view, light->irradiance, out, sizeof(pixels));
     assert_int_equal(light->fragment_count, bound.fragment_count);
     bd_indirect_destroy(s->view.world->gpu, &light);
@@ -152,10 +152,10 @@ static void counts_are_of_64_bits(void **state)
     const struct bd_gather_inputs inputs = {
         .scene = s.view.scene, .viewpoint = &s.view.viewpoint, .lists = lists, .list_count = 2};
     struct bd_splat_bound bound;
-    struct bd_fault fault = {0};
-    assert_int_equal(bd_splat_bound_find(&s.view.context, &inputs, 1, &bound, &fault), 0);
+    struct bd_err_detail detail = {0};
+    assert_int_equal(bd_splat_bound_find(&s.view.context, &inputs, 1, &bound, &detail), 0);
     assert_true(bound.fragment_count == (UINT64_C(1) << 28) * 2 * COUNT(many));
-    assert_int_equal(bd_splat_bound_find(&s.view.context, &inputs, 0.5, &bound, &fault), 0);
+    assert_int_equal(bd_splat_bound_find(&s.view.context, &inputs, 0.5, &bound, &detail), 0);
     ASSERT_REL((double)bound.fragment_count, 0x1p27 * 2 * COUNT(many), 1e-3);
     close_stage(&s);
 }

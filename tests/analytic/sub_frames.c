@@ -73,10 +73,10 @@ struct picture {
 static struct picture render(struct world *w, const struct bd_frame_request *request)
 {
     struct picture picture = {0};
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     enum bd_err err = bd_frame_render(&w->renderer, w->scene, request, NULL, NULL, picture.layers,
-                                      &picture.report, &fault);
-    if (err) fail_msg("%s: %s", request->technique, fault.message);
+                                      &picture.report, &detail);
+    if (err) fail_msg("%s: %s", request->technique, detail.message);
     return picture;
 }
 

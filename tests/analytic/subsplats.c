@@ -76,8 +76,8 @@ static void find_start(struct stage *s)
                      .coarsest_side = 4},
     };
     struct bd_discontinuity *jumps, *blocks;
-    struct bd_fault fault = {0};
-    assert_int_equal(bd_discontinuity_run(&s->view.context, &seen, &jumps, &fault), 0);
+    struct bd_err_detail detail = {0};
+    assert_int_equal(bd_discontinuity_run(&s->view.context, &seen, &jumps, &detail), 0);
     const struct bd_glossy_blocks_inputs glossy = {
         .gbuffer = s->view.gbuffer,
         .viewpoint = &s->view.viewpoint,
@@ -86,9 +86,9 @@ static void find_start(struct stage *s)
         .normal_threshold = .3,
         .material_threshold = .1,
     };
-    assert_int_equal(bd_glossy_blocks_run(&s->view.context, &glossy, &blocks, &fault), 0);
+    assert_int_equal(bd_glossy_blocks_run(&s->view.context, &glossy, &blocks, &detail), 0);
     assert_int_equal(bd_fragments_run(&s->view.context, &seen, blocks, BD_REFINEMENT_ONE_PASS,
-                                      &s->start, &fault),
+                                      &s->start, &detail),
                      0);
     bd_discontinuity_destroy(s->view.world->gpu, &jumps);
     bd_discontinuity_destroy(s->view.world->gpu, &blocks);
@@ -127,8 +127,8 @@ static void gather(struct stage *s)
         .list_count = 1,
         .glossy = true,
     };
-    struct bd_fault fault = {0};
-    assert_int_equal(bd_gather_run(&s->view.context, &inputs, &s->gathered, &fault), 0);
+    struct bd_err_detail detail = {0};
+    assert_int_equal(bd_gather_run(&s->view.context, &inputs, &s->gathered, &detail), 0);
     s->expected = read_pixels(s, s->gathered->glossy);
 }
 
@@ -203,8 +203,9 @@ static struct seen splat(const struct stage *s, const struct asked *asked)
     };
     struct bd_tex *glossy;
     struct seen seen;
-    struct bd_fault fault = {0};
-    assert_int_equal(bd_subsplats_run(&s->view.context, &inputs, &glossy, &seen.counts, &fault), 0);
+    struct bd_err_detail detail = {0};
+    assert_int_equal(bd_subsplats_run(&s->view.context, &inputs, &glossy, &seen.counts, &detail),
+                     0);
     seen.pixels = read_pixels(s, glossy);
     bd_tex_destroy(s->view.world->gpu, &glossy);
     measure(s, &seen);
@@ -339,11 +340,11 @@ static void pixels_alone_will_do(void **state)
     struct bd_discontinuity *pixels;
     const struct bd_discontinuity_inputs seen = {
         .gbuffer = s.view.gbuffer, .viewpoint = &s.view.viewpoint, .space = &s.view.scene->space};
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     bd_fragments_destroy(s.view.world->gpu, &s.start);
-    assert_int_equal(bd_glossy_pixels(s.view.world->gpu, &s.view.viewpoint, &pixels, &fault), 0);
+    assert_int_equal(bd_glossy_pixels(s.view.world->gpu, &s.view.viewpoint, &pixels, &detail), 0);
     assert_int_equal(
-        bd_fragments_run(&s.view.context, &seen, pixels, BD_REFINEMENT_ONE_PASS, &s.start, &fault),
+        bd_fragments_run(&s.view.context, &seen, pixels, BD_REFINEMENT_ONE_PASS, &s.start, &detail),
         0);
     bd_discontinuity_destroy(s.view.world->gpu, &pixels);
     const struct seen drawn = splat(&s, &(struct asked){.threshold = 1e6});

@@ -47,7 +47,7 @@ static struct bd_frame_request request_of(const char *technique, uint32_t width,
     const char *const settings[] = {"shadow_size=64", "rsm_size=32", "vpls=192",
                                     "indirect_bounces=3"};
     struct bd_frame_request request = bd_frame_request_default;
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     snprintf(request.technique, sizeof request.technique, "%s", technique);
     request.width_px = width;
     request.height_px = height;
@@ -55,7 +55,7 @@ static struct bd_frame_request request_of(const char *technique, uint32_t width,
     const bool splats = strstr(technique, "splat") != NULL;
     const int count = strcmp(technique, "direct") == 0 ? 1 : splats ? 3 : 4;
     for (int i = 0; i < count; i++)
-        assert_int_equal(bd_param_list_add(&request.params, settings[i], &fault), BD_ERR_OK);
+        assert_int_equal(bd_param_list_add(&request.params, settings[i], &detail), BD_ERR_OK);
     return request;
 }
 
@@ -75,11 +75,11 @@ struct outcome {
 static void render(struct world *w, struct bd_scene *scene, const struct bd_frame_request *request,
                    enum bd_err (*should_stop)(void *), void *user, struct outcome *out)
 {
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     *out = (struct outcome){.width = request->width_px, .height = request->height_px};
     if (bd_frame_render(&w->renderer, scene, request, should_stop, user, out->layers, &out->report,
-                        &fault))
-        fail_msg("%s: %s", fault.field, fault.message);
+                        &detail))
+        fail_msg("%s: %s", detail.field, detail.message);
 }
 
 static void assert_same(const struct outcome *a, const struct outcome *b)
@@ -181,10 +181,10 @@ static void thousands_of_nodes_keep_slices_short(void **state)
     struct world *w = *state;
     make_stack(w, 1500);
     struct bd_frame_request request = bd_frame_request_default;
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     snprintf(request.technique, sizeof request.technique, "direct");
     request.width_px = request.height_px = 64;
-    assert_int_equal(bd_param_list_add(&request.params, "shadow_size=256", &fault), BD_ERR_OK);
+    assert_int_equal(bd_param_list_add(&request.params, "shadow_size=256", &detail), BD_ERR_OK);
     longest_share(w, &request); // programs are compiled
     assert_true(longest_share(w, &request) <= 0.1);
 }
@@ -202,10 +202,10 @@ static double upload_ms(struct world *w, uint32_t meshes)
     }
     world_finish(w);
     struct bd_gpu_scene *scene = NULL;
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     struct bd_uploader uploader = {.gpu = w->gpu};
     const double start_ms = cpu_ms(CLOCK_THREAD_CPUTIME_ID);
-    assert_int_equal(bd_gpu_scene_create(&uploader, w->scene, &scene, &fault), BD_ERR_OK);
+    assert_int_equal(bd_gpu_scene_create(&uploader, w->scene, &scene, &detail), BD_ERR_OK);
     bd_gpu_scene_destroy(&uploader, &scene);
     return cpu_ms(CLOCK_THREAD_CPUTIME_ID) - start_ms;
 }

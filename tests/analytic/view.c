@@ -12,25 +12,25 @@
 struct view view_open(struct world *world)
 {
     struct view view = {.world = world};
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     world_finish(world);
     bd_slicer_init(&world->renderer.slicer, world->gpu, NULL, NULL);
     view.context = (struct bd_pass_context){.gpu = world->gpu, .slicer = &world->renderer.slicer};
-    if (bd_gpu_scene_create(&world->renderer.uploader, world->scene, &view.scene, &fault))
-        fail_msg("upload: %s", fault.message);
+    if (bd_gpu_scene_create(&world->renderer.uploader, world->scene, &view.scene, &detail))
+        fail_msg("upload: %s", detail.message);
     return view;
 }
 
 void view_look(struct view *view, uint32_t camera, uint32_t width_px, uint32_t height_px,
                bool lambert)
 {
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     view->viewpoint =
         bd_viewpoint_of(view->world->scene, &(struct bd_pose){0}, camera, width_px, height_px);
     const struct bd_gbuffer_inputs inputs = {
         .scene = view->scene, .viewpoint = &view->viewpoint, .lambert = lambert};
-    if (bd_gbuffer_render(&view->context, &inputs, &view->gbuffer, &fault))
-        fail_msg("gbuffer: %s", fault.message);
+    if (bd_gbuffer_render(&view->context, &inputs, &view->gbuffer, &detail))
+        fail_msg("gbuffer: %s", detail.message);
 }
 
 void view_close(struct view *view)
@@ -42,9 +42,9 @@ void view_close(struct view *view)
 void view_read(const struct view *view, const struct bd_tex *tex, void *out, size_t size_bytes)
 {
     struct bd_readback *readback;
-    struct bd_fault fault = {0};
-    if (bd_gpu_readback_start(view->world->gpu, tex, 0, &readback, &fault))
-        fail_msg("readback: %s", fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_gpu_readback_start(view->world->gpu, tex, 0, &readback, &detail))
+        fail_msg("readback: %s", detail.message);
     assert_int_equal(bd_gpu_readback_finish(view->world->gpu, &readback, out, size_bytes),
                      BD_ERR_OK);
 }
@@ -53,14 +53,14 @@ void view_set_vpls(const struct view *view, const struct bd_vec4 *vpls, uint32_t
                    struct bd_vpl_list *list)
 {
     struct bd_gpu *gpu = view->world->gpu;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     view_forget_vpls(view, list);
     list->count = count;
-    if (bd_buf_create(gpu, "vpls", count * BD_VPL_VEC4S * sizeof *vpls, vpls, &list->vpls, &fault))
-        fail_msg("%s", fault.message);
+    if (bd_buf_create(gpu, "vpls", count * BD_VPL_VEC4S * sizeof *vpls, vpls, &list->vpls, &detail))
+        fail_msg("%s", detail.message);
     if (bd_buf_create(gpu, "quads", count * BD_VPL_QUAD_VEC4S * sizeof *vpls, NULL, &list->quads,
-                      &fault))
-        fail_msg("%s", fault.message);
+                      &detail))
+        fail_msg("%s", detail.message);
 }
 
 void view_forget_vpls(const struct view *view, struct bd_vpl_list *list)

@@ -63,10 +63,10 @@ static struct picture render_by(struct world *w, const struct way *way, const ch
          word = strtok_r(NULL, " ", &rest))
         assert_int_equal(bd_param_list_add(&request.params, word, NULL), BD_ERR_OK);
     struct picture picture = {0};
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     if (bd_frame_render(&w->renderer, w->scene, &request, NULL, NULL, picture.layers,
-                        &picture.report, &fault))
-        fail_msg("%s %s: %s", way->technique, text, fault.message);
+                        &picture.report, &detail))
+        fail_msg("%s %s: %s", way->technique, text, detail.message);
     return picture;
 }
 

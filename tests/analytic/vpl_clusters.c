@@ -44,7 +44,7 @@ static struct stage open_stage(struct world *w, uint32_t light)
 {
     const double centre[3] = {0, 0, 0}, lamp[3] = {.3, .4, .1}, aside[3] = {.7, -.6, -.5};
     const double screen[4][3] = {{-.3, -.3, 0}, {.3, -.3, .1}, {.3, .3, .1}, {-.3, .3, 0}};
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     world_clear(w);
     int32_t grey = world_add_material(w, .5f);
     const double floor[4][3] = {{-1, -1, 1}, {1, -1, 1}, {1, -1, -1}, {-1, -1, -1}};
@@ -57,7 +57,7 @@ static struct stage open_stage(struct world *w, uint32_t light)
     struct stage s = {.view = view_open(w), .light = bd_light_setup_of(w->scene, 0)};
     const struct bd_rsm_inputs inputs = {
         .scene = s.view.scene, .light = &s.light, .side_px = RSM_SIDE, .lambert = true};
-    assert_int_equal(bd_rsm_render(&s.view.context, &inputs, &s.rsm, &fault), BD_ERR_OK);
+    assert_int_equal(bd_rsm_render(&s.view.context, &inputs, &s.rsm, &detail), BD_ERR_OK);
     return s;
 }
 
@@ -92,8 +92,8 @@ static struct vpls grid_of(struct stage *s, uint32_t side)
                                               .grid_side = side,
                                               .near_field = 5};
     struct bd_vpl_list *list;
-    struct bd_fault fault = {0};
-    assert_int_equal(bd_vpl_grid_run(&s->view.context, &inputs, &list, &fault), BD_ERR_OK);
+    struct bd_err_detail detail = {0};
+    assert_int_equal(bd_vpl_grid_run(&s->view.context, &inputs, &list, &detail), BD_ERR_OK);
     return read_list(s, list);
 }
 
@@ -111,8 +111,8 @@ static struct vpls clusters_of(struct stage *s, double depth_threshold, double n
         .near_field = 5,
     };
     struct bd_vpl_list *list;
-    struct bd_fault fault = {0};
-    assert_int_equal(bd_vpl_clusters_run(&s->view.context, &inputs, &list, &fault), BD_ERR_OK);
+    struct bd_err_detail detail = {0};
+    assert_int_equal(bd_vpl_clusters_run(&s->view.context, &inputs, &list, &detail), BD_ERR_OK);
     return read_list(s, list);
 }
 

@@ -106,8 +106,8 @@ static struct bd_buf *upload(struct bd_gpu *gpu, const struct forest *f, bool qu
     for (uint32_t i = 0; i < count; i++)
         memcpy(bytes + i * part, quads ? f->leaves[i].quad : f->leaves[i].at, part);
     struct bd_buf *buf;
-    struct bd_fault fault = {0};
-    assert_int_equal(bd_buf_create(gpu, "leaves", count * part, bytes, &buf, &fault), BD_ERR_OK);
+    struct bd_err_detail detail = {0};
+    assert_int_equal(bd_buf_create(gpu, "leaves", count * part, bytes, &buf, &detail), BD_ERR_OK);
     free(bytes);
     return buf;
 }
@@ -131,8 +131,8 @@ static void build(struct bd_gpu *gpu, struct forest *f)
     bd_slicer_init(&slicer, gpu, NULL, NULL);
     const struct bd_pass_context context = {gpu, &slicer, builder};
     struct bd_vpl_tree *tree;
-    struct bd_fault fault = {0};
-    assert_int_equal(bd_vpl_tree_run(&context, &inputs, &tree, &fault), BD_ERR_OK);
+    struct bd_err_detail detail = {0};
+    assert_int_equal(bd_vpl_tree_run(&context, &inputs, &tree, &detail), BD_ERR_OK);
     uint64_t bytes = bd_vpl_tree_bytes(tree);
     f->nodes = malloc(bytes);
     assert_int_equal(bd_buf_read(gpu, tree->nodes, 0, f->nodes, bytes), BD_ERR_OK);

@@ -16,9 +16,9 @@
 static void open_device(struct world *world)
 {
     const struct bd_gpu_options options = {.device = "auto", .debug = true};
-    struct bd_fault fault = {0};
-    if (bd_gpu_create(&options, &world->gpu, &fault)) {
-        fprintf(stderr, "skipped: %s\n", fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_gpu_create(&options, &world->gpu, &detail)) {
+        fprintf(stderr, "skipped: %s\n", detail.message);
         exit(77);
     }
     bd_renderer_init(&world->renderer, world->gpu, UINT64_C(1) << 30);
@@ -368,9 +368,9 @@ int32_t world_add_probe(struct world *world, const double at[3], const double no
 
 void world_finish(struct world *world)
 {
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     if (world->finished) return;
-    if (bd_scene_finish(world->scene, &fault)) fail_msg("finish: %s", fault.message);
+    if (bd_scene_finish(world->scene, &detail)) fail_msg("finish: %s", detail.message);
     world->finished = true;
 }
 
@@ -379,7 +379,7 @@ void world_render(struct world *world, const char *technique, uint32_t camera, u
                   struct bd_image *out[BD_LAYER_COUNT])
 {
     world_finish(world);
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     struct bd_frame_request request = bd_frame_request_default;
     snprintf(request.technique, sizeof request.technique, "%s", technique);
     snprintf(request.camera, sizeof request.camera, "%u", camera);
@@ -388,11 +388,11 @@ void world_render(struct world *world, const char *technique, uint32_t camera, u
     request.layers = layers;
     request.fresh = world->fresh;
     for (; settings && *settings; settings++)
-        if (bd_param_list_add(&request.params, *settings, &fault)) fail_msg("%s", fault.message);
+        if (bd_param_list_add(&request.params, *settings, &detail)) fail_msg("%s", detail.message);
     memset(out, 0, BD_LAYER_COUNT * sizeof *out);
     enum bd_err err = bd_frame_render(&world->renderer, world->scene, &request, NULL, NULL, out,
-                                      &world->report, &fault);
-    if (err) fail_msg("render: %s: %s", bd_err_name(err), fault.message);
+                                      &world->report, &detail);
+    if (err) fail_msg("render: %s: %s", bd_err_name(err), detail.message);
 }
 
 void world_free_layers(struct bd_image *layers[BD_LAYER_COUNT])

@@ -121,11 +121,11 @@ int main(int argc, char **argv)
     turns = turns < 1 ? 1 : turns < TURNS_MAX ? turns : TURNS_MAX;
     struct both both;
     struct bd_scene *scene = NULL;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     both_open(&both);
-    enum bd_err err = load_scene(argv[1], &scene, &fault);
-    if (!err) err = both_take(&both, scene, &fault);
-    if (err) fprintf(stderr, "ray_device: %s: %s\n", fault.field, fault.message);
+    enum bd_err err = load_scene(argv[1], &scene, &detail);
+    if (!err) err = both_take(&both, scene, &detail);
+    if (err) fprintf(stderr, "ray_device: %s: %s\n", detail.field, detail.message);
     if (err) return err == BD_ERR_UNSUPPORTED ? 77 : bd_err_exit_code(err);
     const char *slash = strrchr(argv[1], '/');
     printf("{\"scene\": \"%s\", \"device\": \"%s\", \"triangles\": %u, \"nodes\": %u",

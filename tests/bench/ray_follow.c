@@ -94,7 +94,7 @@ static struct object object_at(struct bd_mesh *mesh, double scale)
 static struct bd_scene *create_scene(const struct object *objects, uint32_t count)
 {
     struct bd_scene *scene = bd_scene_create();
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     scene->materials = calloc(1, sizeof *scene->materials);
     scene->material_count = 1;
     scene->materials[0].base_color_map.texture = scene->materials[0].normal_map.texture = BD_NONE;
@@ -114,7 +114,7 @@ static struct bd_scene *create_scene(const struct object *objects, uint32_t coun
         node->mesh = (int32_t)mesh;
         node->parent_from_node = objects[o].matrix;
     }
-    if (bd_scene_finish(scene, &fault)) BD_ASSERT(!"a scene of meshes");
+    if (bd_scene_finish(scene, &detail)) BD_ASSERT(!"a scene of meshes");
     return scene;
 }
 
@@ -123,13 +123,13 @@ static struct bd_scene *create_scene(const struct object *objects, uint32_t coun
 static struct bd_rays *create_rays(struct bd_rays **earlier, struct bd_scene *scene, double *ms)
 {
     const struct bd_rays_build build = {.repeated_max = BD_RAYS_REPEATED_MAX};
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     struct bd_rays *rays;
     const double begin = now_ms(CLOCK_MONOTONIC);
-    enum bd_err err = earlier ? bd_rays_follow(*earlier, scene, &build, &rays, &fault)
-                              : bd_rays_create(scene, &build, &rays, &fault);
+    enum bd_err err = earlier ? bd_rays_follow(*earlier, scene, &build, &rays, &detail)
+                              : bd_rays_create(scene, &build, &rays, &detail);
     *ms = now_ms(CLOCK_MONOTONIC) - begin;
-    if (err) fprintf(stderr, "ray_follow: %s\n", fault.message);
+    if (err) fprintf(stderr, "ray_follow: %s\n", detail.message);
     BD_ASSERT(!err);
     return rays;
 }

@@ -228,14 +228,14 @@ int main(int argc, char **argv)
         return 2;
     }
     struct work work = {.count = (size_t)(1e6 * (argc > 2 ? atof(argv[2]) : 1))};
-    struct bd_fault fault = {0};
-    enum bd_err err = load_scene(argv[1], &work.scene, &fault);
+    struct bd_err_detail detail = {0};
+    enum bd_err err = load_scene(argv[1], &work.scene, &detail);
     const struct bd_rays_build build = {.thread_count = argc > 3 ? (uint32_t)atoi(argv[3]) : 0,
                                         .repeated_max = BD_RAYS_REPEATED_MAX};
     const double cpu = ms_of(CLOCK_PROCESS_CPUTIME_ID), wall = ms_of(CLOCK_MONOTONIC);
-    if (!err) err = bd_rays_create(work.scene, &build, &work.rays, &fault);
+    if (!err) err = bd_rays_create(work.scene, &build, &work.rays, &detail);
     if (err) {
-        fprintf(stderr, "ray_speed: %s: %s\n", fault.field, fault.message);
+        fprintf(stderr, "ray_speed: %s: %s\n", detail.field, detail.message);
         return bd_err_exit_code(err);
     }
     const char *slash = strrchr(argv[1], '/');

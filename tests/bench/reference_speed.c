@@ -183,9 +183,9 @@ int main(int argc, char **argv)
     work.samples = (uint32_t)atoi(argv[4]);
     struct bd_scene *scene = NULL;
     struct bd_reference *reference = NULL;
-    struct bd_fault fault = {0};
-    enum bd_err err = load_scene(argv[1], &scene, &fault);
-    if (!err) err = bd_reference_create(scene, 0, NULL, NULL, &reference, &fault);
+    struct bd_err_detail detail = {0};
+    enum bd_err err = load_scene(argv[1], &scene, &detail);
+    if (!err) err = bd_reference_create(scene, 0, NULL, NULL, &reference, &detail);
     if (!err) {
         int32_t camera = bd_scene_find_camera(scene, argv[3]);
         BD_ASSERT_CMP(camera, >=, 0);
@@ -197,6 +197,6 @@ int main(int argc, char **argv)
     }
     bd_reference_destroy(&reference);
     bd_scene_release(&scene);
-    if (err) fprintf(stderr, "reference_speed: %s: %s\n", fault.field, fault.message);
+    if (err) fprintf(stderr, "reference_speed: %s: %s\n", detail.field, detail.message);
     return bd_err_exit_code(err);
 }

@@ -30,11 +30,11 @@ static double render_ms(struct bd_renderer *renderer, struct bd_scene *scene,
 {
     struct bd_image *layers[BD_LAYER_COUNT] = {0};
     static struct bd_report report;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     memset(&report, 0, sizeof report);
     renderer->slicer.forced_units = forced_units;
-    if (bd_frame_render(renderer, scene, request, NULL, NULL, layers, &report, &fault)) {
-        fprintf(stderr, "%s\n", fault.message);
+    if (bd_frame_render(renderer, scene, request, NULL, NULL, layers, &report, &detail)) {
+        fprintf(stderr, "%s\n", detail.message);
         exit(1);
     }
     for (int l = 0; l < BD_LAYER_COUNT; l++) bd_image_destroy(&layers[l]);
@@ -58,11 +58,11 @@ static void measure(struct bd_renderer *renderer, struct bd_scene *scene,
                     const struct frame_case *c, int runs)
 {
     struct bd_frame_request request = bd_frame_request_default;
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     snprintf(request.technique, sizeof request.technique, "%s", c->technique);
     request.width_px = request.height_px = c->side_px;
     request.fresh = BD_FRESH_ALL;
-    if (c->setting && bd_param_list_add(&request.params, c->setting, &fault)) exit(1);
+    if (c->setting && bd_param_list_add(&request.params, c->setting, &detail)) exit(1);
     double cut[RUNS_MAX], whole[RUNS_MAX], ratios[RUNS_MAX], longest[RUNS_MAX];
     uint32_t slices = 0, few = 0;
     const char *kind = "";
@@ -94,9 +94,9 @@ int main(int argc, char **argv)
     struct bd_scene *scene = NULL;
     struct bd_gpu *gpu = NULL;
     struct bd_renderer renderer;
-    struct bd_fault fault = {0};
-    if (load_scene(argv[1], &scene, &fault) || bd_gpu_create(&options, &gpu, &fault)) {
-        fprintf(stderr, "%s\n", fault.message);
+    struct bd_err_detail detail = {0};
+    if (load_scene(argv[1], &scene, &detail) || bd_gpu_create(&options, &gpu, &detail)) {
+        fprintf(stderr, "%s\n", detail.message);
         return 1;
     }
     bd_renderer_init(&renderer, gpu, UINT64_C(1) << 30);

@@ -61,14 +61,14 @@ static struct bd_slicer slicer;
 // --- from the device ----------------------------------------------------------------------------
 
 static enum bd_err read_tex(struct bd_gpu *gpu, const struct bd_tex *tex, size_t texel_bytes,
-                            void **out, struct bd_fault *fault)
+                            void **out, struct bd_err_detail *detail)
 {
     const struct bd_tex_desc *desc = bd_tex_desc(tex);
     size_t bytes = texel_bytes * desc->width_px * desc->height_px;
     struct bd_readback *pending;
     *out = malloc(bytes);
     BD_ASSERT(*out);
-    enum bd_err err = bd_gpu_readback_start(gpu, tex, 0, &pending, fault);
+    enum bd_err err = bd_gpu_readback_start(gpu, tex, 0, &pending, detail);
     return err ? err : bd_gpu_readback_finish(gpu, &pending, *out, bytes);
 }
 
@@ -87,7 +87,7 @@ static enum bd_err append_list(struct view *v, const struct bd_vpl_list *list)
 
 // A grid over a light's map of that side.
 static enum bd_err make_grid(struct view *v, const struct bd_light_setup *light, uint32_t map_px,
-                             uint32_t side, struct bd_vpl_list **out, struct bd_fault *fault)
+                             uint32_t side, struct bd_vpl_list **out, struct bd_err_detail *detail)
 {
     const struct bd_params *params = &v->plan.params;
     const struct bd_rsm_inputs map = {
@@ -98,7 +98,7 @@ static enum bd_err make_grid(struct view *v, const struct bd_light_setup *light,
         .paper_mode = params->paper_mode,
     };
     struct bd_rsm *rsm;
-    enum bd_err err = bd_rsm_render(&v->context, &map, &rsm, fault);
+    enum bd_err err = bd_rsm_render(&v->context, &map, &rsm, detail);
     if (err) return err;
     const struct bd_vpl_grid_inputs grid = {
         .rsm = rsm,
@@ -108,26 +108,27 @@ static enum bd_err make_grid(struct view *v, const struct bd_light_setup *light,
         .kernel = (enum bd_vpl_kernel)params->vpl_kernel,
         .near_field = params->near_field,
     };
-    err = bd_vpl_grid_run(&v->context, &grid, out, fault);
+    err = bd_vpl_grid_run(&v->context, &grid, out, detail);
     bd_rsm_destroy(v->context.gpu, &rsm);
     return err;
 }
 
 // The light's VPLs go to the set; `*rough` is a shorter list of the same light.
 static enum bd_err make_vpls(struct view *v, const struct bd_light_setup *light,
-                             struct bd_vpl_list **rough, struct bd_fault *fault)
+                             struct bd_vpl_list **rough, struct bd_err_detail *detail)
 {
     const uint32_t side = bd_plan_grid_side(&v->plan, light);
     struct bd_vpl_list *all = NULL;
-    enum bd_err err = make_grid(v, light, bd_plan_rsm_size(&v->plan, light, side), side, &all, fault);
+    enum bd_err err =
+        make_grid(v, light, bd_plan_rsm_size(&v->plan, light, side), side, &all, detail);
     if (!err) err = append_list(v, all);
-    if (!err) err = make_grid(v, light, ROUGH_MAP_PX, ROUGH_SIDE, rough, fault);
+    if (!err) err = make_grid(v, light, ROUGH_MAP_PX, ROUGH_SIDE, rough, detail);
     bd_vpl_list_destroy(v->context.gpu, &all);
     return err;
 }
 
 static enum bd_err gather_roughly(struct view *v, const struct bd_vpl_list *const *lists,
-                                  uint32_t count, struct bd_fault *fault)
+                                  uint32_t count, struct bd_err_detail *detail)
 {
     const struct bd_gather_inputs inputs = {
         .scene = v->scene,
@@ -137,16 +138,16 @@ static enum bd_err gather_roughly(struct view *v, const struct bd_vpl_list *cons
         .list_count = count,
     };
     struct bd_indirect *indirect;
-    enum bd_err err = bd_gather_run(&v->context, &inputs, &indirect, fault);
+    enum bd_err err = bd_gather_run(&v->context, &inputs, &indirect, detail);
     if (err) return err;
     err = read_tex(v->context.gpu, indirect->irradiance, sizeof *v->irradiance,
-                   (void **)&v->irradiance, fault);
+                   (void **)&v->irradiance, detail);
     bd_indirect_destroy(v->context.gpu, &indirect);
     return err;
 }
 
 static enum bd_err run_light_side(struct view *v, const struct bd_scene *scene,
-                                  struct bd_fault *fault)
+                                  struct bd_err_detail *detail)
 {
     uint32_t count = 0;
     struct bd_vpl_list **rough = calloc(scene->placed_light_count + 1, sizeof *rough);
@@ -155,29 +156,29 @@ static enum bd_err run_light_side(struct view *v, const struct bd_scene *scene,
     for (uint32_t i = 0; !err && i < scene->placed_light_count; i++) {
         if (!bd_plan_light_shines(&v->plan, scene, i)) continue;
         const struct bd_light_setup light = bd_light_setup_of(scene, i);
-        err = make_vpls(v, &light, &rough[count++], fault);
+        err = make_vpls(v, &light, &rough[count++], detail);
     }
-    if (!err) err = gather_roughly(v, (const struct bd_vpl_list *const *)rough, count, fault);
+    if (!err) err = gather_roughly(v, (const struct bd_vpl_list *const *)rough, count, detail);
     for (uint32_t i = 0; i < count; i++) bd_vpl_list_destroy(v->context.gpu, &rough[i]);
     free(rough);
     return err;
 }
 
-static enum bd_err run_camera_side(struct view *v, struct bd_fault *fault)
+static enum bd_err run_camera_side(struct view *v, struct bd_err_detail *detail)
 {
     const struct bd_gbuffer_inputs inputs = {
         .scene = v->scene, .viewpoint = &v->viewpoint, .lambert = v->plan.params.lambert};
     struct bd_gpu *gpu = v->context.gpu;
-    enum bd_err err = bd_gbuffer_render(&v->context, &inputs, &v->gbuffer, fault);
+    enum bd_err err = bd_gbuffer_render(&v->context, &inputs, &v->gbuffer, detail);
     if (err) return err;
-    err = read_tex(gpu, v->gbuffer->depth, sizeof *v->depth, (void **)&v->depth, fault);
+    err = read_tex(gpu, v->gbuffer->depth, sizeof *v->depth, (void **)&v->depth, detail);
     if (!err)
-        err = read_tex(gpu, v->gbuffer->normals, sizeof *v->normals, (void **)&v->normals, fault);
+        err = read_tex(gpu, v->gbuffer->normals, sizeof *v->normals, (void **)&v->normals, detail);
     if (!err)
-        err = read_tex(gpu, v->gbuffer->albedo, sizeof *v->albedo, (void **)&v->albedo, fault);
+        err = read_tex(gpu, v->gbuffer->albedo, sizeof *v->albedo, (void **)&v->albedo, detail);
     if (!err)
         err =
-            read_tex(gpu, v->gbuffer->material, sizeof *v->material, (void **)&v->material, fault);
+            read_tex(gpu, v->gbuffer->material, sizeof *v->material, (void **)&v->material, detail);
     return err;
 }
 
@@ -302,10 +303,10 @@ static void write_records(FILE *file, const char *line, const struct work *work)
 
 // Everything after the scene; `file` is closed.
 static enum bd_err sum_view(struct view *v, struct bd_scene *scene, FILE *file,
-                            const struct arguments *arguments, struct bd_fault *fault)
+                            const struct arguments *arguments, struct bd_err_detail *detail)
 {
-    enum bd_err err = run_camera_side(v, fault);
-    if (!err) err = run_light_side(v, scene, fault);
+    enum bd_err err = run_camera_side(v, detail);
+    if (!err) err = run_light_side(v, scene, detail);
     if (err) return err;
     struct work work = {.view = v};
     struct vpl_pixel *pixels = choose_pixels(v, arguments, &work.count);
@@ -341,19 +342,19 @@ static void finish_view(struct view *v)
 }
 
 static enum bd_err run_view(struct bd_gpu *gpu, struct bd_scene *scene, FILE *file,
-                            const struct arguments *arguments, struct bd_fault *fault)
+                            const struct arguments *arguments, struct bd_err_detail *detail)
 {
     static struct bd_report report;
     struct view v = {.context = {.gpu = gpu, .slicer = &slicer}};
-    enum bd_err err = bd_plan_make(scene, &arguments->request, &v.plan, &report, fault);
+    enum bd_err err = bd_plan_make(scene, &arguments->request, &v.plan, &report, detail);
     if (err) return err;
     struct bd_uploader uploader = {.gpu = gpu};
     bd_slicer_init(&slicer, gpu, NULL, NULL);
-    err = bd_gpu_scene_create(&uploader, scene, &v.scene, fault);
+    err = bd_gpu_scene_create(&uploader, scene, &v.scene, detail);
     if (err) return err;
     v.viewpoint = bd_viewpoint_of(scene, &arguments->request.pose, (uint32_t)v.plan.camera,
                                   arguments->request.width_px, arguments->request.height_px);
-    err = sum_view(&v, scene, file, arguments, fault);
+    err = sum_view(&v, scene, file, arguments, detail);
     finish_view(&v);
     bd_gpu_scene_destroy(&uploader, &v.scene);
     return err;
@@ -362,7 +363,7 @@ static enum bd_err run_view(struct bd_gpu *gpu, struct bd_scene *scene, FILE *fi
 // --- from the command line ----------------------------------------------------------------------
 
 static enum bd_err read_arguments(int argc, char **argv, struct arguments *out,
-                                  struct bd_fault *fault)
+                                  struct bd_err_detail *detail)
 {
     struct bd_frame_request *request = &out->request;
     *request = bd_frame_request_default;
@@ -371,24 +372,24 @@ static enum bd_err read_arguments(int argc, char **argv, struct arguments *out,
     out->scene = argv[1];
     out->out = argv[2];
     if (sscanf(argv[3], "%ux%u", &request->width_px, &request->height_px) != 2)
-        return bd_fault_set(fault, BD_ERR_USAGE, "size", "%s: must be WxH", argv[3]);
+        return bd_err_set(detail, BD_ERR_USAGE, "size", "%s: must be WxH", argv[3]);
     out->pixels = (uint32_t)strtoul(argv[5], NULL, 10);
     out->seed = strtoull(argv[6], NULL, 10);
     out->threads = (uint32_t)strtoul(argv[7], NULL, 10);
-    enum bd_err err = bd_param_list_add(&request->params, "brdf=lambert", fault);
+    enum bd_err err = bd_param_list_add(&request->params, "brdf=lambert", detail);
     for (int i = 8; !err && i < argc; i++)
-        err = bd_param_list_add(&request->params, argv[i], fault);
+        err = bd_param_list_add(&request->params, argv[i], detail);
     return err;
 }
 
-static enum bd_err run(const struct arguments *arguments, FILE *file, struct bd_fault *fault)
+static enum bd_err run(const struct arguments *arguments, FILE *file, struct bd_err_detail *detail)
 {
     const struct bd_gpu_options options = {.device = "auto"};
     struct bd_scene *scene = NULL;
     struct bd_gpu *gpu = NULL;
-    enum bd_err err = load_scene(arguments->scene, &scene, fault);
-    if (!err) err = bd_gpu_create(&options, &gpu, fault);
-    if (!err) err = run_view(gpu, scene, file, arguments, fault);
+    enum bd_err err = load_scene(arguments->scene, &scene, detail);
+    if (!err) err = bd_gpu_create(&options, &gpu, detail);
+    if (!err) err = run_view(gpu, scene, file, arguments, detail);
     if (gpu) bd_gpu_destroy(&gpu);
     bd_scene_release(&scene);
     return err;
@@ -397,16 +398,16 @@ static enum bd_err run(const struct arguments *arguments, FILE *file, struct bd_
 int main(int argc, char **argv)
 {
     struct arguments arguments = {0};
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     if (argc < 8) {
         fputs("usage: vpl_reference SCENE OUT WxH CAMERA PIXELS SEED THREADS [KEY=VALUE]...\n",
               stderr);
         return 2;
     }
-    enum bd_err err = read_arguments(argc, argv, &arguments, &fault);
+    enum bd_err err = read_arguments(argc, argv, &arguments, &detail);
     FILE *file = err ? NULL : fopen(arguments.out, "wb");
-    if (!err && !file) err = bd_fault_set(&fault, BD_ERR_IO, "out", "%s: no file", argv[2]);
-    if (!err) err = run(&arguments, file, &fault);
-    if (err) fprintf(stderr, "vpl_reference: %s: %s\n", fault.field, fault.message);
+    if (!err && !file) err = bd_err_set(&detail, BD_ERR_IO, "out", "%s: no file", argv[2]);
+    if (!err) err = run(&arguments, file, &detail);
+    if (err) fprintf(stderr, "vpl_reference: %s: %s\n", detail.field, detail.message);
     return bd_err_exit_code(err);
 }

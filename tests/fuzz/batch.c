@@ -15,11 +15,11 @@
 Bounced__EditBatch *batch_from_json(const uint8_t *text, size_t size)
 {
     ProtobufCMessage *message = NULL;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     if (!bd_json_text_to_message((const char *)text, size, &bounced__edit_batch__descriptor,
-                                 &message, &fault))
+                                 &message, &detail))
         return (Bounced__EditBatch *)message;
-    BD_ASSERT(fault.message[0]);
+    BD_ASSERT(detail.message[0]);
     return NULL;
 }
 
@@ -38,17 +38,17 @@ void batch_free(Bounced__EditBatch *batch)
 // --- carried out ----------------------------------------------------------------------------
 
 static enum bd_err decode(const Bounced__EditBatch *batch, struct bd_edit_op *ops,
-                          struct bd_fault *fault)
+                          struct bd_err_detail *detail)
 {
     enum bd_err err = BD_ERR_OK;
     for (size_t i = 0; !err && i < batch->n_ops; i++)
-        err = bd_edit_decode(i, batch->ops[i], &ops[i], fault);
+        err = bd_edit_decode(i, batch->ops[i], &ops[i], detail);
     return err;
 }
 
 static enum bd_err read_heavy(const Bounced__EditBatch *batch, const struct batch_inputs *inputs,
                               const struct bd_scene *base, struct bd_edit_op *ops,
-                              struct bd_fault *fault)
+                              struct bd_err_detail *detail)
 {
     struct bd_edit_budget budget = bd_edit_budget(&bd_limits_default, UINT64_MAX);
     const struct bd_edit_heavy_inputs heavy = {.blobs = inputs->blobs,
@@ -60,32 +60,32 @@ static enum bd_err read_heavy(const Bounced__EditBatch *batch, const struct batc
     struct bd_edit_flags flags = {0};
     enum bd_err err = BD_ERR_OK;
     for (size_t i = 0; !err && i < batch->n_ops; i++)
-        err = bd_edit_heavy_read(&heavy, i, batch->ops[i], ops, &flags, fault);
+        err = bd_edit_heavy_read(&heavy, i, batch->ops[i], ops, &flags, detail);
     return err;
 }
 
-static enum bd_err check_count(const Bounced__EditBatch *batch, struct bd_fault *fault)
+static enum bd_err check_count(const Bounced__EditBatch *batch, struct bd_err_detail *detail)
 {
     if (batch->n_ops > 0 && batch->n_ops <= bd_edit_default_limits.ops) return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_LIMIT, "ops", "%zu operations", batch->n_ops);
+    return bd_err_set(detail, BD_ERR_LIMIT, "ops", "%zu operations", batch->n_ops);
 }
 
 enum bd_err batch_check(const Bounced__EditBatch *batch, const struct batch_inputs *inputs,
                         const struct bd_scene *base, struct bd_delta *out, int32_t **ids,
-                        struct bd_fault *fault)
+                        struct bd_err_detail *detail)
 {
     *out = (struct bd_delta){0};
-    enum bd_err err = check_count(batch, fault);
+    enum bd_err err = check_count(batch, detail);
     if (err) return err;
     struct bd_edit_op *ops = calloc(batch->n_ops, sizeof *ops);
     int32_t *added = calloc(batch->n_ops, sizeof *added);
     BD_ASSERT(ops && added);
-    err = decode(batch, ops, fault);
+    err = decode(batch, ops, detail);
     const bool is_decoded = !err;
-    if (!err) err = read_heavy(batch, inputs, base, ops, fault);
+    if (!err) err = read_heavy(batch, inputs, base, ops, detail);
     if (!err)
         err = bd_edit_check(base, ops, (uint32_t)batch->n_ops, &bd_edit_default_limits, out, added,
-                            fault);
+                            detail);
     for (size_t i = 0; is_decoded && i < batch->n_ops; i++) bd_edit_heavy_release(&ops[i]);
     free(ops);
     if (ids) *ids = added;

@@ -30,7 +30,7 @@ struct batch_inputs {
 BD_MUST_CHECK
 enum bd_err batch_check(const Bounced__EditBatch *batch, const struct batch_inputs *inputs,
                         const struct bd_scene *base, struct bd_delta *out, int32_t **ids,
-                        struct bd_fault *fault);
+                        struct bd_err_detail *detail);
 
 // Two meshes, of which one has texture coordinates and colours, three materials, a light of each
 // kind, two cameras, nodes below nodes, and a sky. The same whenever it is made; the caller's.

@@ -46,9 +46,9 @@ static struct {
     struct sigaction old_int, old_term;
 } world;
 
-static void expect(enum bd_err err, const struct bd_fault *fault)
+static void expect(enum bd_err err, const struct bd_err_detail *detail)
 {
-    if (err) fprintf(stderr, "the daemon: %s: %s\n", fault->field, fault->message);
+    if (err) fprintf(stderr, "the daemon: %s: %s\n", detail->field, detail->message);
     BD_ASSERT_CMP(err, ==, BD_ERR_OK);
 }
 
@@ -124,16 +124,16 @@ static char *list_devices(void)
 
 static void open_rooms(struct bd_serving *serving)
 {
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     const struct bd_sched_options sched = {
         .queue_length_max = (uint32_t)serving->limits.jobs_waiting,
         .frame_limits = {.side_px_max = (uint32_t)serving->limits.image_side_px,
                          .pixel_count_max = serving->limits.image_pixels}};
-    expect(bd_blobs_open(world.directory, &serving->blobs, &fault), &fault);
+    expect(bd_blobs_open(world.directory, &serving->blobs, &detail), &detail);
     serving->store = bd_store_create((uint32_t)serving->limits.scenes);
-    expect(bd_journal_open(world.directory, &serving->journal, &fault), &fault);
-    expect(bd_store_load(serving->store, serving->journal, &fault), &fault);
-    expect(bd_sched_create(&sched, &serving->sched, &fault), &fault);
+    expect(bd_journal_open(world.directory, &serving->journal, &detail), &detail);
+    expect(bd_store_load(serving->store, serving->journal, &detail), &detail);
+    expect(bd_sched_create(&sched, &serving->sched, &detail), &detail);
 }
 
 static void close_rooms(struct bd_serving *serving)
@@ -161,7 +161,7 @@ void daemon_begin(bool has_tokens)
     sigaction(SIGTERM, NULL, &world.old_term);
     machine_begin(2);
     pool_begin();
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     world.options = (struct bd_net_options){.http = "127.0.0.1:0",
                                             .listens = {listen_text},
                                             .socket_mode = BD_NET_SOCKET_MODE,
@@ -170,7 +170,7 @@ void daemon_begin(bool has_tokens)
                                             .serving.list_devices = list_devices};
     set_limits(&world.options.serving.limits);
     open_rooms(&world.options.serving);
-    expect(bd_net_create(&world.options, &world.net, &fault), &fault);
+    expect(bd_net_create(&world.options, &world.net, &detail), &detail);
     uv_walk(&world.net->loop.uv, note_http, NULL);
 }
 
@@ -260,14 +260,15 @@ static void take_messages(struct peer *peer, const uint8_t *bytes, size_t size)
 {
     while (size > 0) {
         size_t taken;
-        struct bd_fault fault = {0};
-        expect(bd_decoder_feed(&peer->decoder, bytes, size, &taken, &fault), &fault);
+        struct bd_err_detail detail = {0};
+        expect(bd_decoder_feed(&peer->decoder, bytes, size, &taken, &detail), &detail);
         bytes += taken;
         size -= taken;
         struct bd_message message;
         if (!bd_decoder_take(&peer->decoder, &message)) continue;
         Bounced__Envelope *envelope = NULL;
-        expect(bd_envelope_decode(message.header, message.header_bytes, &envelope, &fault), &fault);
+        expect(bd_envelope_decode(message.header, message.header_bytes, &envelope, &detail),
+               &detail);
         BD_ASSERT(envelope->body_case != BOUNCED__ENVELOPE__BODY__NOT_SET);
         bd_envelope_free(&envelope);
         bd_message_finish(&message);

@@ -109,13 +109,13 @@ static void finish(struct world *world)
 // Takes the delta.
 static bool stage(struct world *world, enum bd_batch_kind kind, uint64_t of, struct bd_delta *delta)
 {
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     struct bd_batch *batch;
     const struct bd_store_change change = {
         .scene_id = world->id, .kind = kind, .of = of, .delta = delta};
-    enum bd_err err = bd_store_stage(world->store, &change, &batch, &fault);
+    enum bd_err err = bd_store_stage(world->store, &change, &batch, &detail);
     bd_delta_finish(delta);
-    if (err) BD_ASSERT(fault.message[0]);
+    if (err) BD_ASSERT(detail.message[0]);
     return !err;
 }
 
@@ -123,18 +123,18 @@ static bool stage(struct world *world, enum bd_batch_kind kind, uint64_t of, str
 static bool check_batch(struct world *world, const Bounced__EditBatch *batch,
                         const struct bd_scene *base, struct bd_delta *delta)
 {
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     const struct batch_inputs inputs = {.payload = world->payload,
                                         .payload_bytes = world->payload_bytes};
     struct bd_scene *after = NULL;
-    enum bd_err err = batch_check(batch, &inputs, base, delta, NULL, &fault);
+    enum bd_err err = batch_check(batch, &inputs, base, delta, NULL, &detail);
     if (err) {
-        BD_ASSERT(fault.message[0] && strncmp(fault.field, "ops", 3) == 0);
+        BD_ASSERT(detail.message[0] && strncmp(detail.field, "ops", 3) == 0);
         BD_ASSERT_CMP(delta->count, ==, 0);
         return false;
     }
     // What was checked can be applied.
-    err = bd_delta_apply(base, delta, &after, &fault);
+    err = bd_delta_apply(base, delta, &after, &detail);
     BD_ASSERT_CMP(err, ==, BD_ERR_OK);
     promises_check(base, delta, after);
     bd_scene_release(&after);
@@ -159,13 +159,13 @@ static void edit(struct world *world, const Bounced__EditBatch *batch, bool is_r
 static void lay(struct world *world, const Bounced__EditBatch *batch)
 {
     struct bd_scene *base = bd_scene_retain(entry_of(world)->scene);
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     struct bd_delta delta;
     if (check_batch(world, batch, base, &delta)) {
         const struct bd_store_entry *entry;
         struct bd_scene *after = NULL;
-        enum bd_err err = bd_delta_apply(base, &delta, &after, &fault);
-        if (!err) err = bd_store_lay(world->store, world->id, NULL, &delta, &entry, &fault);
+        enum bd_err err = bd_delta_apply(base, &delta, &after, &detail);
+        if (!err) err = bd_store_lay(world->store, world->id, NULL, &delta, &entry, &detail);
         BD_ASSERT_CMP(err, ==, BD_ERR_OK);
         BD_ASSERT(promises_is_same(entry->scene, after));
         bd_scene_release(&after);
@@ -178,9 +178,9 @@ static void commit(struct world *world)
 {
     struct bd_scene *shown = bd_scene_retain(entry_of(world)->scene);
     struct bd_batch *batch;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     // What had lost its meaning was dropped when it did.
-    enum bd_err err = bd_store_stage_commit(world->store, world->id, NULL, NULL, &batch, &fault);
+    enum bd_err err = bd_store_stage_commit(world->store, world->id, NULL, NULL, &batch, &detail);
     BD_ASSERT_CMP(err, ==, BD_ERR_OK);
     if (batch) {
         publish(world);
@@ -203,12 +203,12 @@ static void take_batch(struct world *world, Bounced__EditBatch *batch, int comma
 
 static void take_back(struct world *world, bool redo)
 {
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     const struct bd_delta none = {0};
     struct bd_delta delta;
     uint64_t of;
-    if (bd_store_undo_target(world->store, world->id, NULL, redo, &of, &fault)) {
-        BD_ASSERT(fault.message[0]);
+    if (bd_store_undo_target(world->store, world->id, NULL, redo, &of, &detail)) {
+        BD_ASSERT(detail.message[0]);
         return;
     }
     BD_ASSERT(of > 1 && of <= world->revision);

@@ -21,9 +21,9 @@ int main(int argc, char **argv)
     const struct bd_import_file input = {argv[1], bytes, fread(bytes, 1, sizeof bytes, file)};
     fclose(file);
     struct bd_scene *scene = NULL;
-    struct bd_fault fault = {0};
-    enum bd_err err = bd_gltf_read(&input, 1, &bd_import_default_limits, &scene, &fault);
-    if (err) fprintf(stderr, "%s\n", fault.message);
+    struct bd_err_detail detail = {0};
+    enum bd_err err = bd_gltf_read(&input, 1, &bd_import_default_limits, &scene, &detail);
+    if (err) fprintf(stderr, "%s\n", detail.message);
     if (err || !bd_flat_write(scene, put, stdout)) return 1;
     bd_scene_release(&scene);
     return 0;

@@ -25,9 +25,9 @@ struct bd_sched {
 };
 
 enum bd_err bd_sched_create(const struct bd_sched_options *options, struct bd_sched **out,
-                            struct bd_fault *fault)
+                            struct bd_err_detail *detail)
 {
-    (void)fault;
+    (void)detail;
     struct bd_sched *sched = calloc(1, sizeof *sched);
     BD_ASSERT(sched);
     sched->options = *options;
@@ -44,12 +44,12 @@ void bd_sched_destroy(struct bd_sched **sched)
 }
 
 enum bd_err bd_sched_submit(struct bd_sched *sched, const struct bd_job_request *request,
-                            struct bd_job **out, struct bd_fault *fault)
+                            struct bd_job **out, struct bd_err_detail *detail)
 {
-    enum bd_err err = bd_frame_request_check(&request->frame, &sched->options.frame_limits, fault);
+    enum bd_err err = bd_frame_request_check(&request->frame, &sched->options.frame_limits, detail);
     if (err) return err;
     if (sched->stats.jobs_waiting >= sched->options.queue_length_max)
-        return bd_fault_set(fault, BD_ERR_BUSY, "jobs_waiting", "the queue is full");
+        return bd_err_set(detail, BD_ERR_BUSY, "jobs_waiting", "the queue is full");
     struct bd_job *job = calloc(1, sizeof *job);
     BD_ASSERT(job);
     *job = (struct bd_job){.references = 2, .request = *request, .submit_ns = bd_clock_ns()};
@@ -105,7 +105,7 @@ static void render(struct bd_job *job)
     fill_report(&result->report, job);
     if (result->err == BD_ERR_CANCELLED) result->report.stopped = BD_STOPPED_CANCELLED;
     if (result->err == BD_ERR_DEADLINE) result->report.stopped = BD_STOPPED_DEADLINE;
-    if (result->err) bd_fault_set(&result->fault, result->err, "", "the frame was stopped");
+    if (result->err) bd_err_set(&result->detail, result->err, "", "the frame was stopped");
     for (int layer = 0; !result->err && !frame->plan_only && layer < BD_LAYER_COUNT; layer++)
         if (frame->layers & 1u << layer) result->layers[layer] = grey(frame, (enum bd_layer)layer);
 }

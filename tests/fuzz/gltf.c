@@ -35,12 +35,12 @@ static bool keep(void *user, const void *bytes, size_t size)
 static void check_flat(const struct bd_scene *scene)
 {
     struct text flat = {0};
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     struct bd_scene *read = NULL;
     if (bd_flat_write(scene, keep, &flat)) {
-        enum bd_err err = bd_flat_read(flat.bytes, flat.size, &read, &fault);
+        enum bd_err err = bd_flat_read(flat.bytes, flat.size, &read, &detail);
         BD_ASSERT_CMP(err, ==, BD_ERR_OK);
-        err = bd_scene_finish(read, &fault);
+        err = bd_scene_finish(read, &detail);
         BD_ASSERT_CMP(err, ==, BD_ERR_OK);
         BD_ASSERT_CMP(read->placed_camera_count, >, 0);
         bd_scene_release(&read);
@@ -57,10 +57,10 @@ int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size)
     limits.picture_texels = 1u << 20;
     const struct bd_import_file file = {"fuzz.glb", bytes, size};
     struct bd_scene *scene = NULL;
-    struct bd_fault fault = {0};
-    enum bd_err err = bd_gltf_read(&file, 1, &limits, &scene, &fault);
+    struct bd_err_detail detail = {0};
+    enum bd_err err = bd_gltf_read(&file, 1, &limits, &scene, &detail);
     if (err) {
-        BD_ASSERT(fault.message[0]);
+        BD_ASSERT(detail.message[0]);
         return 0;
     }
     check_flat(scene);

@@ -20,20 +20,20 @@ struct making {
     struct bd_journal *journal;
 };
 
-static void expect(enum bd_err err, const struct bd_fault *fault)
+static void expect(enum bd_err err, const struct bd_err_detail *detail)
 {
-    if (err) fprintf(stderr, "golden journal: %s: %s\n", fault->field, fault->message);
+    if (err) fprintf(stderr, "golden journal: %s: %s\n", detail->field, detail->message);
     BD_ASSERT_CMP(err, ==, BD_ERR_OK);
 }
 
 // What is staged, to the disk and published.
 static void keep(struct making *making)
 {
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     const struct bd_batch *faulty;
     struct bd_batch *batch = bd_store_take_staged(making->store);
     BD_ASSERT(batch && !batch->next);
-    expect(bd_store_write(making->journal, batch, &faulty, &fault), &fault);
+    expect(bd_store_write(making->journal, batch, &faulty, &detail), &detail);
     bd_store_publish(making->store, batch);
     if (batch->after) {
         making->scene->revision = batch->revision;
@@ -47,10 +47,10 @@ static void keep(struct making *making)
 static void add_scene(struct making *making, int at, const char *name)
 {
     struct bd_scene *scene = batch_small_scene();
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     struct bd_batch *batch;
     making->scene = &making->golden->scenes[at];
-    expect(bd_store_stage_add(making->store, scene, name, "owner", &batch, &fault), &fault);
+    expect(bd_store_stage_add(making->store, scene, name, "owner", &batch, &detail), &detail);
     memcpy(making->scene->id, batch->scene_id, sizeof making->scene->id);
     bd_scene_release(&scene);
     keep(making);
@@ -69,7 +69,7 @@ static const struct bd_scene *head_of(const struct making *making)
 static void stage(struct making *making, enum bd_batch_kind kind, uint64_t of,
                   const char *client_edit_id, struct bd_delta *delta)
 {
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     struct bd_batch *batch;
     const struct bd_store_change change = {.scene_id = making->scene->id,
                                            .kind = kind,
@@ -77,7 +77,7 @@ static void stage(struct making *making, enum bd_batch_kind kind, uint64_t of,
                                            .client_edit_id = client_edit_id,
                                            .message = "why",
                                            .delta = delta};
-    expect(bd_store_stage(making->store, &change, &batch, &fault), &fault);
+    expect(bd_store_stage(making->store, &change, &batch, &detail), &detail);
     batch->answer = strdup("answer");
     batch->answer_bytes = 6;
     keep(making);
@@ -86,35 +86,36 @@ static void stage(struct making *making, enum bd_batch_kind kind, uint64_t of,
 static void edit(struct making *making, const char *client_edit_id, const char *json)
 {
     const struct batch_inputs inputs = {0};
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     struct bd_delta delta;
     Bounced__EditBatch *batch = batch_from_json((const uint8_t *)json, strlen(json));
     BD_ASSERT(batch);
-    expect(batch_check(batch, &inputs, head_of(making), &delta, NULL, &fault), &fault);
+    expect(batch_check(batch, &inputs, head_of(making), &delta, NULL, &detail), &detail);
     stage(making, BD_BATCH_EDIT, 0, client_edit_id, &delta);
     batch_free(batch);
 }
 
 static void go_back(struct making *making, bool redo)
 {
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     struct bd_store_step step;
     uint64_t of;
-    expect(bd_store_undo_target(making->store, making->scene->id, NULL, redo, &of, &fault), &fault);
+    expect(bd_store_undo_target(making->store, making->scene->id, NULL, redo, &of, &detail),
+           &detail);
     expect(
-        bd_store_read_step(making->journal, making->scene->id, of, head_of(making), &step, &fault),
-        &fault);
+        bd_store_read_step(making->journal, making->scene->id, of, head_of(making), &step, &detail),
+        &detail);
     stage(making, redo ? BD_BATCH_REDO : BD_BATCH_UNDO, of, "", &step.inverse);
     bd_store_step_finish(&step);
 }
 
 static void revert(struct making *making, uint64_t revision)
 {
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     struct bd_scene *then;
     struct bd_delta delta;
-    expect(bd_store_read_revision(making->journal, making->scene->id, revision, &then, &fault),
-           &fault);
+    expect(bd_store_read_revision(making->journal, making->scene->id, revision, &then, &detail),
+           &detail);
     bool made = bd_delta_between(head_of(making), then, &delta);
     BD_ASSERT(made);
     bd_scene_release(&then);
@@ -123,11 +124,11 @@ static void revert(struct making *making, uint64_t revision)
 
 static void name(struct making *making, const char *text, uint64_t revision)
 {
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     struct bd_batch *batch;
     expect(bd_store_stage_name(making->store, making->scene->id, text, revision, false, &batch,
-                               &fault),
-           &fault);
+                               &detail),
+           &detail);
     keep(making);
 }
 
@@ -151,11 +152,11 @@ static void add_pictures(struct making *making)
         {.kind = BD_EDIT_SET_MATERIAL, FIELDS(WHOLE(base_color_texture, BD_EDIT_ADDED(0)))},
         {.kind = BD_EDIT_SET_ENVIRONMENT, .environment = {.radiance = {1, 1, 1}, .map = sky}},
     };
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     struct bd_delta delta;
     expect(bd_edit_check(head_of(making), ops, sizeof ops / sizeof ops[0], &bd_edit_default_limits,
-                         &delta, NULL, &fault),
-           &fault);
+                         &delta, NULL, &detail),
+           &detail);
     stage(making, BD_BATCH_EDIT, 0, "pictures", &delta);
     bd_picture_release(&picture);
     bd_sky_map_release(&sky);
@@ -163,7 +164,7 @@ static void add_pictures(struct making *making)
 
 static void write_history(struct making *making)
 {
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     add_scene(making, 0, "first");
     edit(making, "bright", "{\"ops\":[{\"set_light\":{\"light\":0,\"intensity\":50}}]}");
     add_pictures(making);
@@ -175,8 +176,8 @@ static void write_history(struct making *making)
     go_back(making, true);
     name(making, "good", 3);
     expect(bd_store_snapshot(making->journal, making->scene->id, making->scene->revision,
-                             head_of(making), &fault),
-           &fault);
+                             head_of(making), &detail),
+           &detail);
     edit(making, "moved",
          "{\"ops\":[{\"set_mesh_vertices\":{\"mesh\":2,\"positions\":{\"values\":"
          "[0,0,0,0,2,0,0,0,1]}}},{\"remove_node\":{\"id\":4}}]}");
@@ -188,11 +189,11 @@ static void write_history(struct making *making)
 
 static void make(struct golden *golden)
 {
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     char directory[64];
     struct making making = {.golden = golden, .store = bd_store_create(4)};
     kit_make_directory(directory);
-    expect(bd_journal_open(directory, &making.journal, &fault), &fault);
+    expect(bd_journal_open(directory, &making.journal, &detail), &detail);
     write_history(&making);
     golden->logged = file_read(directory, BD_JOURNAL_FILE);
     golden->log = file_read(directory, BD_JOURNAL_FILE "-wal");

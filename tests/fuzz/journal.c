@@ -109,10 +109,10 @@ static bool is_state(const struct golden_scene *golden, uint64_t revision,
            memcmp(golden->sha256[revision], scene->content_sha256, BD_SHA256_BYTES) == 0;
 }
 
-static void note(struct start *start, enum bd_err err, const struct bd_fault *fault)
+static void note(struct start *start, enum bd_err err, const struct bd_err_detail *detail)
 {
     if (!err) return;
-    BD_ASSERT(fault->message[0]);
+    BD_ASSERT(detail->message[0]);
     start->has_failed = true;
 }
 
@@ -122,11 +122,12 @@ static void check_inverse(struct start *start, const struct golden_scene *golden
 {
     struct bd_scene *before = NULL;
     struct bd_store_step step = {0};
-    struct bd_fault fault = {0};
-    enum bd_err err = bd_store_read_step(start->journal, golden->id, revision, then, &step, &fault);
-    note(start, err, &fault);
+    struct bd_err_detail detail = {0};
+    enum bd_err err =
+        bd_store_read_step(start->journal, golden->id, revision, then, &step, &detail);
+    note(start, err, &detail);
     if (err) return;
-    err = bd_delta_apply(then, &step.inverse, &before, &fault);
+    err = bd_delta_apply(then, &step.inverse, &before, &detail);
     if (!start->is_forged) {
         BD_ASSERT_CMP(err, ==, BD_ERR_OK);
         BD_ASSERT(is_state(golden, revision - 1, before));
@@ -140,9 +141,9 @@ static void check_revision(struct start *start, const struct golden_scene *golde
                            uint64_t revision)
 {
     struct bd_scene *then = NULL;
-    struct bd_fault fault = {0};
-    enum bd_err err = bd_store_read_revision(start->journal, golden->id, revision, &then, &fault);
-    note(start, err, &fault);
+    struct bd_err_detail detail = {0};
+    enum bd_err err = bd_store_read_revision(start->journal, golden->id, revision, &then, &detail);
+    note(start, err, &detail);
     if (err) return;
     if (!start->is_forged) BD_ASSERT(is_state(golden, revision, then));
     if (revision > 1) check_inverse(start, golden, revision, then);
@@ -189,13 +190,13 @@ static void see_name(void *user, const char *name, uint64_t revision)
 
 static void read_lists(struct start *start, const char *id)
 {
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     uint32_t count = 0;
     uint64_t oldest;
-    note(start, bd_journal_each_edit(start->journal, id, 0, UINT32_MAX, see_edit, &count, &fault),
-         &fault);
-    note(start, bd_journal_each_name(start->journal, id, see_name, &count, &fault), &fault);
-    note(start, bd_journal_oldest(start->journal, id, &oldest, &fault), &fault);
+    note(start, bd_journal_each_edit(start->journal, id, 0, UINT32_MAX, see_edit, &count, &detail),
+         &detail);
+    note(start, bd_journal_each_name(start->journal, id, see_name, &count, &detail), &detail);
+    note(start, bd_journal_oldest(start->journal, id, &oldest, &detail), &detail);
 }
 
 // One more edit, which is kept whole or not at all.
@@ -205,22 +206,22 @@ static void commit_edit(struct start *start, const char *id)
     const struct batch_inputs inputs = {0};
     const struct bd_scene *head;
     const struct bd_batch *faulty;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     struct bd_delta delta;
     struct bd_batch *staged;
     uint64_t revision;
     Bounced__EditBatch *batch = batch_from_json((const uint8_t *)json, strlen(json));
-    enum bd_err err = bd_store_head(start->store, id, &head, &revision, &fault);
+    enum bd_err err = bd_store_head(start->store, id, &head, &revision, &detail);
     BD_ASSERT(batch && !err);
-    err = batch_check(batch, &inputs, head, &delta, NULL, &fault);
+    err = batch_check(batch, &inputs, head, &delta, NULL, &detail);
     batch_free(batch);
     BD_ASSERT_CMP(err, ==, BD_ERR_OK);
     const struct bd_store_change change = {.scene_id = id, .kind = BD_BATCH_EDIT, .delta = &delta};
-    err = bd_store_stage(start->store, &change, &staged, &fault);
+    err = bd_store_stage(start->store, &change, &staged, &detail);
     BD_ASSERT_CMP(err, ==, BD_ERR_OK);
     staged = bd_store_take_staged(start->store);
-    err = bd_store_write(start->journal, staged, &faulty, &fault);
-    note(start, err, &fault);
+    err = bd_store_write(start->journal, staged, &faulty, &detail);
+    note(start, err, &detail);
     if (err)
         bd_store_fail(start->store, staged);
     else
@@ -230,12 +231,12 @@ static void commit_edit(struct start *start, const char *id)
 
 static void collect(struct start *start)
 {
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     enum bd_err err = BD_ERR_OK;
     bool is_done = false;
     for (int i = 0; !err && !is_done && i < COLLECT_ROUNDS; i++)
-        err = bd_journal_collect(start->journal, &is_done, &fault);
-    note(start, err, &fault);
+        err = bd_journal_collect(start->journal, &is_done, &detail);
+    note(start, err, &detail);
 }
 
 static void go_on(struct start *start)
@@ -254,11 +255,11 @@ static void go_on(struct start *start)
 // False if the file is refused.
 static bool open_start(struct start *start)
 {
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     start->store = bd_store_create(SCENES_MAX);
-    enum bd_err err = bd_journal_open(directory, &start->journal, &fault);
-    if (!err) err = bd_store_load(start->store, start->journal, &fault);
-    if (err) BD_ASSERT(fault.message[0]);
+    enum bd_err err = bd_journal_open(directory, &start->journal, &detail);
+    if (!err) err = bd_store_load(start->store, start->journal, &detail);
+    if (err) BD_ASSERT(detail.message[0]);
     return !err;
 }
 
@@ -325,9 +326,9 @@ static void try_forged(const uint8_t *changes, size_t size)
 static void reopen(struct session *session)
 {
     char why[256];
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     bd_journal_close(&session->journal);
-    enum bd_err err = bd_journal_open(directory, &session->journal, &fault);
+    enum bd_err err = bd_journal_open(directory, &session->journal, &detail);
     BD_ASSERT_CMP(err, ==, BD_ERR_OK);
     bool holds = session_holds(session->journal, &session->kept, why, sizeof why);
     if (!holds) fprintf(stderr, "%s\n", why);
@@ -340,13 +341,13 @@ static void try_session(const uint8_t *steps, size_t size)
     session_begin(&session, 1);
     reopen(&session);
     for (size_t i = 0; i < STEPS_MAX && 2 * i + 1 < size; i++) {
-        struct bd_fault fault = {0};
+        struct bd_err_detail detail = {0};
         if (steps[2 * i] == 255) {
             reopen(&session);
             continue;
         }
         session.random = (steps[2 * i] | (uint64_t)steps[2 * i + 1] << 8) * 0x9e3779b97f4a7c15u + 7;
-        enum bd_err err = session_step(&session, &fault);
+        enum bd_err err = session_step(&session, &detail);
         BD_ASSERT_CMP(err, ==, BD_ERR_OK);
     }
     reopen(&session);

@@ -15,9 +15,9 @@ static void check_round_trip(const ProtobufCMessage *message)
     char *text = bd_json_text_from_message(message);
     BD_ASSERT(text);
     ProtobufCMessage *again = NULL;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     enum bd_err err =
-        bd_json_text_to_message(text, strlen(text), message->descriptor, &again, &fault);
+        bd_json_text_to_message(text, strlen(text), message->descriptor, &again, &detail);
     // Numbers that JSON cannot say are null, which reads as "not set".
     if (!err) {
         char *second = bd_json_text_from_message(again);
@@ -42,11 +42,11 @@ int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size)
     const ProtobufCMessageDescriptor *descriptor =
         descriptors[bytes[0] % (sizeof descriptors / sizeof descriptors[0])];
     ProtobufCMessage *message = NULL;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     enum bd_err err =
-        bd_json_text_to_message((const char *)bytes + 1, size - 1, descriptor, &message, &fault);
+        bd_json_text_to_message((const char *)bytes + 1, size - 1, descriptor, &message, &detail);
     if (err) {
-        BD_ASSERT(fault.message[0]);
+        BD_ASSERT(detail.message[0]);
         return 0;
     }
     check_round_trip(message);

@@ -164,23 +164,23 @@ enum bd_err __wrap_bd_import_under(struct bd_import_pool *unused,
                                    const struct bd_import_file *files, uint32_t file_count,
                                    const struct bd_import_limits *limits,
                                    const struct bd_environment *environment, struct bd_scene **out,
-                                   struct bd_fault *fault);
+                                   struct bd_err_detail *detail);
 enum bd_err __wrap_bd_import(struct bd_import_pool *unused, const struct bd_import_file *files,
                              uint32_t file_count, const struct bd_import_limits *limits,
-                             struct bd_scene **out, struct bd_fault *fault);
+                             struct bd_scene **out, struct bd_err_detail *detail);
 
 enum bd_err __wrap_bd_import_under(struct bd_import_pool *unused,
                                    const struct bd_import_file *files, uint32_t file_count,
                                    const struct bd_import_limits *limits,
                                    const struct bd_environment *environment, struct bd_scene **out,
-                                   struct bd_fault *fault)
+                                   struct bd_err_detail *detail)
 {
     (void)unused;
-    enum bd_err err = bd_gltf_read(files, file_count, limits, out, fault);
+    enum bd_err err = bd_gltf_read(files, file_count, limits, out, detail);
     if (err) return err;
     if (environment) (*out)->environment = *environment;
     if (environment && environment->map) bd_sky_map_retain(environment->map);
-    err = bd_scene_finish(*out, fault);
+    err = bd_scene_finish(*out, detail);
     if (err) bd_scene_release(out);
     if (!err) bd_scene_set_hash(*out);
     return err;
@@ -188,24 +188,24 @@ enum bd_err __wrap_bd_import_under(struct bd_import_pool *unused,
 
 enum bd_err __wrap_bd_import(struct bd_import_pool *unused, const struct bd_import_file *files,
                              uint32_t file_count, const struct bd_import_limits *limits,
-                             struct bd_scene **out, struct bd_fault *fault)
+                             struct bd_scene **out, struct bd_err_detail *detail)
 {
-    return __wrap_bd_import_under(unused, files, file_count, limits, NULL, out, fault);
+    return __wrap_bd_import_under(unused, files, file_count, limits, NULL, out, detail);
 }
 
 enum bd_err __wrap_bd_import_picture(struct bd_import_pool *unused,
                                      const struct bd_import_file *file,
                                      const struct bd_import_limits *limits, struct bd_picture **out,
-                                     struct bd_fault *fault);
+                                     struct bd_err_detail *detail);
 enum bd_err __wrap_bd_import_sky_map(struct bd_import_pool *unused,
                                      const struct bd_import_file *file,
                                      const struct bd_import_limits *limits, struct bd_sky_map **out,
-                                     uint64_t *negative_count, struct bd_fault *fault);
+                                     uint64_t *negative_count, struct bd_err_detail *detail);
 
 enum bd_err __wrap_bd_import_picture(struct bd_import_pool *unused,
                                      const struct bd_import_file *file,
                                      const struct bd_import_limits *limits, struct bd_picture **out,
-                                     struct bd_fault *fault)
+                                     struct bd_err_detail *detail)
 {
     (void)unused;
     const struct bd_decode_limits most = {limits->picture_side_px, limits->picture_texels};
@@ -214,7 +214,7 @@ enum bd_err __wrap_bd_import_picture(struct bd_import_pool *unused,
     picture->reference_count = 1;
     enum bd_err err =
         bd_picture_decode(file->bytes, file->size_bytes, &most, file->uri, &picture->width_px,
-                          &picture->height_px, &picture->rgba, fault);
+                          &picture->height_px, &picture->rgba, detail);
     if (err)
         bd_picture_release(&picture);
     else
@@ -226,12 +226,12 @@ enum bd_err __wrap_bd_import_picture(struct bd_import_pool *unused,
 enum bd_err __wrap_bd_import_sky_map(struct bd_import_pool *unused,
                                      const struct bd_import_file *file,
                                      const struct bd_import_limits *limits, struct bd_sky_map **out,
-                                     uint64_t *negative_count, struct bd_fault *fault)
+                                     uint64_t *negative_count, struct bd_err_detail *detail)
 {
     (void)unused;
     (void)limits;
     enum bd_err err =
-        bd_sky_map_read(file->bytes, file->size_bytes, file->uri, out, negative_count, fault);
+        bd_sky_map_read(file->bytes, file->size_bytes, file->uri, out, negative_count, detail);
     if (!err) bd_sky_map_seal(*out);
     return err;
 }

@@ -52,8 +52,8 @@ static void expect_applied(const struct bd_scene *base, const struct bd_delta *d
                            const struct bd_scene *expected)
 {
     struct bd_scene *scene = NULL;
-    struct bd_fault fault = {0};
-    enum bd_err err = bd_delta_apply(base, delta, &scene, &fault);
+    struct bd_err_detail detail = {0};
+    enum bd_err err = bd_delta_apply(base, delta, &scene, &detail);
     BD_ASSERT_CMP(err, ==, BD_ERR_OK);
     BD_ASSERT(promises_is_same(scene, expected));
     bd_scene_release(&scene);
@@ -66,11 +66,11 @@ static void check_bytes(const struct bd_scene *base, const struct bd_delta *delt
     struct text text = {0};
     struct bd_content_table table = {0};
     struct bd_delta again;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     bd_content_of_delta(delta, keep_content, &table);
     bool written = bd_delta_write(delta, append, &text);
     BD_ASSERT(written);
-    enum bd_err err = bd_delta_read(text.bytes, text.size, find_content, &table, &again, &fault);
+    enum bd_err err = bd_delta_read(text.bytes, text.size, find_content, &table, &again, &detail);
     BD_ASSERT_CMP(err, ==, BD_ERR_OK);
     expect_applied(base, &again, after);
     bd_delta_finish(&again);
@@ -84,17 +84,17 @@ static void check_flat(const struct bd_scene *scene)
     struct text whole = {0}, index = {0};
     struct bd_content_table table = {0};
     struct bd_scene *again[2] = {NULL, NULL};
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     bd_content_of_scene(scene, keep_content, &table);
     bool written =
         bd_flat_write(scene, append, &whole) && bd_flat_write_index(scene, append, &index);
     BD_ASSERT(written);
-    enum bd_err err = bd_flat_read(whole.bytes, whole.size, &again[0], &fault);
+    enum bd_err err = bd_flat_read(whole.bytes, whole.size, &again[0], &detail);
     BD_ASSERT_CMP(err, ==, BD_ERR_OK);
-    err = bd_flat_read_index(index.bytes, index.size, find_content, &table, &again[1], &fault);
+    err = bd_flat_read_index(index.bytes, index.size, find_content, &table, &again[1], &detail);
     BD_ASSERT_CMP(err, ==, BD_ERR_OK);
     for (int i = 0; i < 2; i++) {
-        err = bd_scene_finish(again[i], &fault);
+        err = bd_scene_finish(again[i], &detail);
         BD_ASSERT_CMP(err, ==, BD_ERR_OK);
         bd_scene_set_hash(again[i]);
         BD_ASSERT(promises_is_same(again[i], scene));

@@ -15,10 +15,10 @@ static void read_exr(const uint8_t *bytes, size_t size)
 {
     const struct bd_exr_limits limits = {SIDE_MAX_PX, SIZE_MAX_BYTES};
     struct bd_exr *exr = NULL;
-    struct bd_fault fault = {0};
-    const enum bd_err err = bd_exr_read(bytes, size, &limits, &exr, &fault);
+    struct bd_err_detail detail = {0};
+    const enum bd_err err = bd_exr_read(bytes, size, &limits, &exr, &detail);
     BD_ASSERT(!err == (exr != NULL));
-    BD_ASSERT(!err || fault.message[0]);
+    BD_ASSERT(!err || detail.message[0]);
     if (err) return;
     BD_ASSERT(exr->width_px <= SIDE_MAX_PX && exr->height_px <= SIDE_MAX_PX);
     // Every sample is there to be read.
@@ -33,10 +33,10 @@ static void read_exr(const uint8_t *bytes, size_t size)
 static void read_rgbe(const uint8_t *bytes, size_t size)
 {
     struct bd_image *image = NULL;
-    struct bd_fault fault = {0};
-    const enum bd_err err = bd_rgbe_read(bytes, size, SIDE_MAX_PX, &image, &fault);
+    struct bd_err_detail detail = {0};
+    const enum bd_err err = bd_rgbe_read(bytes, size, SIDE_MAX_PX, &image, &detail);
     BD_ASSERT(!err == (image != NULL));
-    BD_ASSERT(!err || fault.message[0]);
+    BD_ASSERT(!err || detail.message[0]);
     if (image) BD_ASSERT(image->width_px <= SIDE_MAX_PX && image->height_px <= SIDE_MAX_PX);
     const size_t samples = image ? 3 * (size_t)image->width_px * image->height_px : 0;
     for (size_t s = 0; s < samples; s++) BD_ASSERT(image->pixels[s] >= 0);

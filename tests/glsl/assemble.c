@@ -28,9 +28,9 @@ int main(int argc, char **argv)
         return 2;
     }
     struct bd_source source;
-    struct bd_fault fault = {0};
-    if (bd_source_assemble(argv[2], &defines, strcmp(argv[1], "software") == 0, &source, &fault)) {
-        fprintf(stderr, "%s\n", fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_source_assemble(argv[2], &defines, strcmp(argv[1], "software") == 0, &source, &detail)) {
+        fprintf(stderr, "%s\n", detail.message);
         return 1;
     }
     fputs(source.text, stdout);

@@ -297,7 +297,7 @@ static void copy_scenes(struct work *work)
     }
 }
 
-static enum bd_err run(struct work *work, const char *path, struct bd_fault *fault)
+static enum bd_err run(struct work *work, const char *path, struct bd_err_detail *detail)
 {
     const struct bd_scene *scene = work->scene;
     size_t count = (size_t)work->width_px * work->height_px * CHANNELS;
@@ -306,12 +306,12 @@ static enum bd_err run(struct work *work, const char *path, struct bd_fault *fau
     copy_scenes(work);
     work->placed = &scene->placed_cameras[bd_scene_find_camera(scene, "Camera")];
     work->camera = &scene->cameras[work->placed->object];
-    enum bd_err err = bd_geometry_init(&work->geometry, &work->solid, 1, NULL, NULL, fault);
+    enum bd_err err = bd_geometry_init(&work->geometry, &work->solid, 1, NULL, NULL, detail);
     if (!err) render(work, pixels);
     bd_geometry_finish(&work->geometry);
     FILE *file = err ? NULL : fopen(path, "wb");
     if (!err && (!file || fwrite(pixels, sizeof *pixels, count, file) != count))
-        err = bd_fault_set(fault, BD_ERR_IO, path, "cannot be written");
+        err = bd_err_set(detail, BD_ERR_IO, path, "cannot be written");
     if (file) fclose(file);
     free(work->unmapped.materials);
     free(work->solid.materials);
@@ -328,10 +328,10 @@ int main(int argc, char **argv)
         fprintf(stderr, "usage: witness_direct SCENE WxH OUT.f32 [HABIT]...\n");
         return 2;
     }
-    struct bd_fault fault = {0};
-    enum bd_err err = load_scene(argv[1], &work.scene, &fault);
-    if (!err) err = run(&work, argv[3], &fault);
+    struct bd_err_detail detail = {0};
+    enum bd_err err = load_scene(argv[1], &work.scene, &detail);
+    if (!err) err = run(&work, argv[3], &detail);
     bd_scene_release(&work.scene);
-    if (err) fprintf(stderr, "witness_direct: %s: %s\n", fault.field, fault.message);
+    if (err) fprintf(stderr, "witness_direct: %s: %s\n", detail.field, detail.message);
     return bd_err_exit_code(err);
 }

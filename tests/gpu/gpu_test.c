@@ -9,9 +9,9 @@ void gpu_test_open(void)
 {
     const char *device = getenv("BOUNCED_TEST_DEVICE");
     const struct bd_gpu_options options = {.device = device ? device : "auto", .debug = true};
-    struct bd_fault fault = {0};
-    if (bd_gpu_create(&options, &gpu, &fault)) {
-        fprintf(stderr, "no device to test on: %s\n", fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_gpu_create(&options, &gpu, &detail)) {
+        fprintf(stderr, "no device to test on: %s\n", detail.message);
         exit(77);
     }
     fprintf(stderr, "device: %s, class %s\n", bd_gpu_caps(gpu)->name,
@@ -39,17 +39,17 @@ struct bd_tex *make_tex(enum bd_format format, uint32_t width_px, uint32_t heigh
         .layer_count = layer_count,
     };
     struct bd_tex *tex;
-    struct bd_fault fault = {0};
-    if (bd_tex_create(gpu, &desc, &tex, &fault)) fail_msg("%s", fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_tex_create(gpu, &desc, &tex, &detail)) fail_msg("%s", detail.message);
     return tex;
 }
 
 struct bd_buf *make_buf(size_t size_bytes, const void *initial)
 {
     struct bd_buf *buf;
-    struct bd_fault fault = {0};
-    if (bd_buf_create(gpu, "test", size_bytes, initial, &buf, &fault))
-        fail_msg("%s", fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_buf_create(gpu, "test", size_bytes, initial, &buf, &detail))
+        fail_msg("%s", detail.message);
     return buf;
 }
 
@@ -57,8 +57,8 @@ struct bd_program *compute_program(const char *name)
 {
     const struct bd_program_source source = {.compute = name};
     struct bd_program *program;
-    struct bd_fault fault = {0};
-    if (bd_program_get(gpu, &source, &program, &fault)) fail_msg("%s", fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_program_get(gpu, &source, &program, &detail)) fail_msg("%s", detail.message);
     return program;
 }
 
@@ -68,16 +68,16 @@ struct bd_program *raster_program(const char *vertex, const char *fragment,
     struct bd_program_source source = {.vertex = vertex, .fragment = fragment};
     if (defines) source.defines = *defines;
     struct bd_program *program;
-    struct bd_fault fault = {0};
-    if (bd_program_get(gpu, &source, &program, &fault)) fail_msg("%s", fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_program_get(gpu, &source, &program, &detail)) fail_msg("%s", detail.message);
     return program;
 }
 
 void read_tex(const struct bd_tex *tex, uint32_t layer, void *bytes, size_t size_bytes)
 {
     struct bd_readback *readback;
-    struct bd_fault fault = {0};
-    if (bd_gpu_readback_start(gpu, tex, layer, &readback, &fault)) fail_msg("%s", fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_gpu_readback_start(gpu, tex, layer, &readback, &detail)) fail_msg("%s", detail.message);
     assert_int_equal(bd_gpu_readback_finish(gpu, &readback, bytes, size_bytes), BD_ERR_OK);
     assert_null(readback);
 }

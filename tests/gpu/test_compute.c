@@ -113,8 +113,8 @@ static void borrow_and_sum(const struct bd_program *sum, struct bd_buf *array,
 {
     float expected = 0;
     void *bytes = NULL;
-    struct bd_fault fault = {0};
-    assert_int_equal(bd_buf_borrow(gpu, array, BD_BORROW_TO_WRITE, &bytes, &fault), BD_ERR_OK);
+    struct bd_err_detail detail = {0};
+    assert_int_equal(bd_buf_borrow(gpu, array, BD_BORROW_TO_WRITE, &bytes, &detail), BD_ERR_OK);
     for (int i = 0; i < 40; i++) {
         ((float *)bytes)[i] = first + (float)i;
         if (i % 4 == 0) expected += first + (float)i;
@@ -126,7 +126,7 @@ static void borrow_and_sum(const struct bd_program *sum, struct bd_buf *array,
         .storage[2] = {.buf = result, .write = true},
     };
     bd_gpu_dispatch(gpu, sum, &bindings, 1, 1, 1);
-    assert_int_equal(bd_buf_borrow(gpu, result, BD_BORROW_TO_READ, &bytes, &fault), BD_ERR_OK);
+    assert_int_equal(bd_buf_borrow(gpu, result, BD_BORROW_TO_READ, &bytes, &detail), BD_ERR_OK);
     assert_true(*(float *)bytes == expected);
     bd_buf_return(gpu, result, BD_BORROW_TO_READ, &bytes);
 }
@@ -153,10 +153,10 @@ static void array_is_read_beside_a_storage_block_of_its_number(void **state)
     for (int form = 0; form < 2; form++) {
         struct bd_program_source source = {.compute = "test/array.comp"};
         struct bd_program *program;
-        struct bd_fault fault = {0};
+        struct bd_err_detail detail = {0};
         bd_define(&source.defines, "FORM", form); // programs are kept by source and defines
         gpu->arrays_are_textures = form == 0;
-        assert_int_equal(bd_program_get(gpu, &source, &program, &fault), BD_ERR_OK);
+        assert_int_equal(bd_program_get(gpu, &source, &program, &detail), BD_ERR_OK);
         sum_array(program);
     }
     gpu->arrays_are_textures = preferred;
@@ -269,10 +269,10 @@ static void compile_errors_name_file_and_line(void **state)
     (void)state;
     const struct bd_program_source source = {.compute = "test/broken.comp"};
     struct bd_program *program;
-    struct bd_fault fault = {0};
-    assert_int_equal(bd_program_get(gpu, &source, &program, &fault), BD_ERR_DEVICE);
-    assert_non_null(strstr(fault.message, "test/broken.comp:5"));
-    assert_non_null(strstr(fault.message, "undeclared_name"));
+    struct bd_err_detail detail = {0};
+    assert_int_equal(bd_program_get(gpu, &source, &program, &detail), BD_ERR_DEVICE);
+    assert_non_null(strstr(detail.message, "test/broken.comp:5"));
+    assert_non_null(strstr(detail.message, "undeclared_name"));
 }
 
 static void a_program_is_made_once(void **state)

@@ -8,11 +8,11 @@
 
 #include "gpu_test.h"
 
-static enum bd_err try_device(const char *device, struct bd_fault *fault)
+static enum bd_err try_device(const char *device, struct bd_err_detail *detail)
 {
     const struct bd_gpu_options options = {.device = device};
     struct bd_gpu *made;
-    enum bd_err err = bd_gpu_create(&options, &made, fault);
+    enum bd_err err = bd_gpu_create(&options, &made, detail);
     bd_gpu_destroy(&made);
     return err;
 }
@@ -34,10 +34,10 @@ static void names_that_are_no_device_are_refused(void **state)
         {"pci:ffff:ff:1f.7", BD_ERR_DEVICE, "--list-devices"},
     };
     for (size_t i = 0; i < COUNT(cases); i++) {
-        struct bd_fault fault = {0};
-        assert_int_equal(try_device(cases[i].device, &fault), cases[i].err);
-        assert_string_equal(fault.field, "device");
-        assert_non_null(strstr(fault.message, cases[i].told));
+        struct bd_err_detail detail = {0};
+        assert_int_equal(try_device(cases[i].device, &detail), cases[i].err);
+        assert_string_equal(detail.field, "device");
+        assert_non_null(strstr(detail.message, cases[i].told));
     }
 }
 
@@ -59,11 +59,11 @@ static void listed_devices_open_by_their_names(void **state)
         char by_uuid[64], by_pci[64];
         snprintf(by_uuid, sizeof by_uuid, "uuid:%s", uuid ? uuid : "");
         snprintf(by_pci, sizeof by_pci, "pci:%s", pci ? pci : "");
-        struct bd_fault fault = {0};
-        assert_int_equal(try_device(json_string_value(json_object_get(entry, "device")), &fault),
+        struct bd_err_detail detail = {0};
+        assert_int_equal(try_device(json_string_value(json_object_get(entry, "device")), &detail),
                          BD_ERR_OK);
-        if (uuid) assert_int_equal(try_device(by_uuid, &fault), BD_ERR_OK);
-        if (pci) assert_int_equal(try_device(by_pci, &fault), BD_ERR_OK);
+        if (uuid) assert_int_equal(try_device(by_uuid, &detail), BD_ERR_OK);
+        if (pci) assert_int_equal(try_device(by_pci, &detail), BD_ERR_OK);
     }
     assert_true(working > 0);
     json_decref(list);
@@ -105,8 +105,8 @@ static void software_is_software(void **state)
     (void)state;
     const struct bd_gpu_options options = {.device = "software"};
     struct bd_gpu *made;
-    struct bd_fault fault = {0};
-    if (bd_gpu_create(&options, &made, &fault)) skip(); // a host with hardware drivers alone
+    struct bd_err_detail detail = {0};
+    if (bd_gpu_create(&options, &made, &detail)) skip(); // a host with hardware drivers alone
     assert_true(bd_gpu_caps(made)->software);
     assert_non_null(strstr(bd_gpu_caps(made)->device_class, "mesa"));
     bd_gpu_destroy(&made);
@@ -134,8 +134,8 @@ static void open_auto(void)
 {
     const struct bd_gpu_options options = {.device = "auto"};
     struct bd_gpu *made;
-    struct bd_fault fault = {0};
-    if (bd_gpu_create(&options, &made, &fault)) return;
+    struct bd_err_detail detail = {0};
+    if (bd_gpu_create(&options, &made, &detail)) return;
     is_software = bd_gpu_caps(made)->software;
     bd_gpu_destroy(&made);
 }
@@ -160,8 +160,8 @@ static void a_refused_call_sticks(void **state)
 {
     (void)state;
     const struct bd_gpu_options options = {.device = "auto"};
-    struct bd_fault fault = {0};
-    assert_int_equal(bd_gpu_create(&options, &gpu, &fault), BD_ERR_OK);
+    struct bd_err_detail detail = {0};
+    assert_int_equal(bd_gpu_create(&options, &gpu, &detail), BD_ERR_OK);
     glEnable(0xffff);
     assert_int_equal(bd_gpu_wait(gpu), BD_ERR_INTERNAL);
     assert_int_equal(bd_gpu_status(gpu), BD_ERR_INTERNAL);
@@ -173,8 +173,8 @@ static void memory_is_counted_and_limited(void **state)
     (void)state;
     struct bd_gpu *other;
     const struct bd_gpu_options options = {.device = "auto", .memory_limit_bytes = 1 << 20};
-    struct bd_fault fault = {0};
-    assert_int_equal(bd_gpu_create(&options, &other, &fault), BD_ERR_OK);
+    struct bd_err_detail detail = {0};
+    assert_int_equal(bd_gpu_create(&options, &other, &detail), BD_ERR_OK);
     const struct bd_tex_desc levels = {.name = "levels",
                                        .format = BD_FORMAT_RGBA8,
                                        .width_px = 5,
@@ -184,14 +184,14 @@ static void memory_is_counted_and_limited(void **state)
     struct bd_tex *tex;
     struct bd_buf *buf, *big = NULL;
     struct bd_gpu_memory memory;
-    assert_int_equal(bd_tex_create(other, &levels, &tex, &fault), BD_ERR_OK);
+    assert_int_equal(bd_tex_create(other, &levels, &tex, &detail), BD_ERR_OK);
     assert_int_equal(bd_tex_bytes(tex), (5 * 3 + 2 * 1 + 1) * 4 * 2);
-    assert_int_equal(bd_buf_create(other, "half", 513 << 10, NULL, &buf, &fault), BD_ERR_OK);
-    assert_int_equal(bd_buf_create(other, "big", 768 << 10, NULL, &big, &fault), BD_ERR_NO_MEMORY);
+    assert_int_equal(bd_buf_create(other, "half", 513 << 10, NULL, &buf, &detail), BD_ERR_OK);
+    assert_int_equal(bd_buf_create(other, "big", 768 << 10, NULL, &big, &detail), BD_ERR_NO_MEMORY);
     assert_null(big);
-    assert_string_equal(fault.field, "gpu_memory");
-    assert_non_null(strstr(fault.message, "big needs 0.8 MiB"));
-    assert_non_null(strstr(fault.message, "0.5 of the 1.0 MiB allowed"));
+    assert_string_equal(detail.field, "gpu_memory");
+    assert_non_null(strstr(detail.message, "big needs 0.8 MiB"));
+    assert_non_null(strstr(detail.message, "0.5 of the 1.0 MiB allowed"));
     bd_gpu_memory(other, &memory);
     assert_int_equal(memory.used_bytes, (513 << 10) + bd_tex_bytes(tex));
     bd_buf_destroy(other, &buf);
@@ -207,7 +207,7 @@ static void memory_is_counted_and_limited(void **state)
                                      .format = BD_FORMAT_RGBA8,
                                      .height_px = 1,
                                      .width_px = bd_gpu_caps(other)->texture_side_max_px + 1};
-    assert_int_equal(bd_tex_create(other, &wide, &tex, &fault), BD_ERR_LIMIT);
+    assert_int_equal(bd_tex_create(other, &wide, &tex, &detail), BD_ERR_LIMIT);
     bd_gpu_destroy(&other);
 }
 
@@ -216,8 +216,8 @@ static void an_injected_loss_sticks(void **state)
 {
     (void)state;
     const struct bd_gpu_options options = {.device = "auto", .lose_after_waits = 2};
-    struct bd_fault fault = {0};
-    assert_int_equal(bd_gpu_create(&options, &gpu, &fault), BD_ERR_OK);
+    struct bd_err_detail detail = {0};
+    assert_int_equal(bd_gpu_create(&options, &gpu, &detail), BD_ERR_OK);
     struct bd_tex *tex = make_tex(BD_FORMAT_R32F, 1, 1, 0);
     struct bd_readback *readback;
     float texel;
@@ -226,15 +226,15 @@ static void an_injected_loss_sticks(void **state)
     assert_int_equal(bd_gpu_wait(gpu), BD_ERR_DEVICE_LOST);
     assert_int_equal(bd_gpu_wait(gpu), BD_ERR_DEVICE_LOST);
     assert_int_equal(bd_gpu_status(gpu), BD_ERR_DEVICE_LOST);
-    if (bd_gpu_readback_start(gpu, tex, 0, &readback, &fault) == BD_ERR_OK)
+    if (bd_gpu_readback_start(gpu, tex, 0, &readback, &detail) == BD_ERR_OK)
         assert_int_equal(bd_gpu_readback_finish(gpu, &readback, &texel, sizeof texel),
                          BD_ERR_DEVICE_LOST);
     bd_tex_destroy(gpu, &tex);
     bd_gpu_destroy(&gpu);
 
-    assert_int_equal(try_device("auto", &fault), BD_ERR_OK);
+    assert_int_equal(try_device("auto", &detail), BD_ERR_OK);
     const struct bd_gpu_options again = {.device = "auto"};
-    assert_int_equal(bd_gpu_create(&again, &gpu, &fault), BD_ERR_OK);
+    assert_int_equal(bd_gpu_create(&again, &gpu, &detail), BD_ERR_OK);
     assert_int_equal(bd_gpu_wait(gpu), BD_ERR_OK);
     bd_gpu_destroy(&gpu);
 }

@@ -17,10 +17,10 @@ static void includes_once_and_keeps_line_numbers(void **state)
     (void)state;
     struct bd_defines defines = {0};
     struct bd_source source;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     bd_define(&defines, "WITH_TEXTURES", 1);
     bd_define(&defines, "OFFSET", -3);
-    assert_int_equal(bd_source_assemble("test/sum.comp", &defines, false, &source, &fault),
+    assert_int_equal(bd_source_assemble("test/sum.comp", &defines, false, &source, &detail),
                      BD_ERR_OK);
     const char *start = "#version 450 core\n#define BD_GLSL 1\n#define WITH_TEXTURES 1\n"
                         "#define OFFSET -3\n#line 1 0\n";
@@ -40,12 +40,12 @@ static void a_missing_include_is_named_with_its_place(void **state)
     (void)state;
     const struct bd_defines none = {0};
     struct bd_source source;
-    struct bd_fault fault = {0};
-    assert_int_equal(bd_source_assemble("test/lost.comp", &none, true, &source, &fault),
+    struct bd_err_detail detail = {0};
+    assert_int_equal(bd_source_assemble("test/lost.comp", &none, true, &source, &detail),
                      BD_ERR_INTERNAL);
-    assert_string_equal(fault.message, "test/lost.comp:3: no shader file \"test/no_such.glsl\"");
+    assert_string_equal(detail.message, "test/lost.comp:3: no shader file \"test/no_such.glsl\"");
     assert_null(source.text);
-    assert_int_equal(bd_source_assemble("test/none.comp", &none, true, &source, &fault),
+    assert_int_equal(bd_source_assemble("test/none.comp", &none, true, &source, &detail),
                      BD_ERR_INTERNAL);
 }
 

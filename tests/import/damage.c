@@ -1,6 +1,6 @@
 // Damaged copies of our own scenes, in this process so that the sanitizers and the leak checker see
 // everything: cut at many bytes, and changed at random places with fixed seeds. Each is refused
-// with a fault, or becomes a scene that can be finished, written and read back.
+// with an error, or becomes a scene that can be finished, written and read back.
 //
 // `damage FOLDER [SHARED]` runs all, and where the folder of shared scenes is there, some that
 // skin, morph and are sparse; `damage FOLDER PATH SEED` repeats one change: a crash's last line is
@@ -59,12 +59,12 @@ static void check_round_trip(const struct bd_scene *scene)
 {
     struct file flat = {NULL, 0};
     struct bd_scene *again;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     BD_ASSERT(bd_flat_write(scene, collect, &flat));
-    enum bd_err err = bd_flat_read(flat.bytes, flat.size, &again, &fault);
-    if (err) fprintf(stderr, "%s: %s\n", fault.field, fault.message);
+    enum bd_err err = bd_flat_read(flat.bytes, flat.size, &again, &detail);
+    if (err) fprintf(stderr, "%s: %s\n", detail.field, detail.message);
     BD_ASSERT(err == BD_ERR_OK);
-    BD_ASSERT(bd_scene_finish(again, &fault) == BD_ERR_OK);
+    BD_ASSERT(bd_scene_finish(again, &detail) == BD_ERR_OK);
     BD_ASSERT(again->features.diagonal_m > 0);
     bd_scene_release(&again);
     free(flat.bytes);
@@ -75,10 +75,10 @@ static bool try_file(const char *name, struct file file, struct file beside)
     struct bd_import_file files[] = {{name, file.bytes, file.size},
                                      {"bare.bin", beside.bytes, beside.size}};
     struct bd_scene *scene;
-    struct bd_fault fault = {0};
-    enum bd_err err = bd_gltf_read(files, 2, &bd_import_default_limits, &scene, &fault);
+    struct bd_err_detail detail = {0};
+    enum bd_err err = bd_gltf_read(files, 2, &bd_import_default_limits, &scene, &detail);
     if (err != BD_ERR_OK) {
-        BD_ASSERT(scene == NULL && fault.err == err && fault.message[0]);
+        BD_ASSERT(scene == NULL && detail.err == err && detail.message[0]);
         return false;
     }
     check_round_trip(scene);

@@ -40,11 +40,11 @@ static struct bd_import_file read_scene(const char *name)
 
 static enum bd_err import_with(struct bd_import_pool *children,
                                const struct bd_import_limits *limits, struct bd_scene **scene,
-                               struct bd_fault *fault)
+                               struct bd_err_detail *detail)
 {
     struct bd_import_file file = read_scene("cornell.glb");
-    *fault = (struct bd_fault){0};
-    enum bd_err err = bd_import(children, &file, 1, limits, scene, fault);
+    *detail = (struct bd_err_detail){0};
+    enum bd_err err = bd_import(children, &file, 1, limits, scene, detail);
     free((void *)file.bytes);
     return err;
 }
@@ -75,14 +75,14 @@ static void assert_fails(const char *script, const struct bd_import_limits *limi
 {
     char path[64];
     struct bd_scene *scene;
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     write_script(path, script);
     struct bd_import_pool *scripted = bd_import_pool_create(path, 0);
-    enum bd_err err = import_with(scripted, limits, &scene, &fault);
+    enum bd_err err = import_with(scripted, limits, &scene, &detail);
     bd_import_pool_destroy(&scripted);
     unlink(path);
-    if (err != expected || !strstr(fault.message, words))
-        fail_msg("%s: %s: %s", script, bd_err_name(err), fault.message);
+    if (err != expected || !strstr(detail.message, words))
+        fail_msg("%s: %s: %s", script, bd_err_name(err), detail.message);
     assert_null(scene);
 }
 
@@ -90,11 +90,11 @@ static void a_scene_comes_through(void **state)
 {
     (void)state;
     struct bd_scene *first, *second;
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     unsigned before = open_descriptors();
-    if (import_with(pool, &bd_import_default_limits, &first, &fault))
-        fail_msg("%s: %s", fault.field, fault.message);
-    assert_int_equal(import_with(pool, &bd_import_default_limits, &second, &fault), 0);
+    if (import_with(pool, &bd_import_default_limits, &first, &detail))
+        fail_msg("%s: %s", detail.field, detail.message);
+    assert_int_equal(import_with(pool, &bd_import_default_limits, &second, &detail), 0);
     assert_int_equal(first->features.triangle_count, 30);
     assert_memory_equal(first->content_sha256, second->content_sha256, 32);
     assert_true(second->aspects.counter[0] > first->aspects.counter[BD_ASPECT_COUNT - 1]);
@@ -178,25 +178,25 @@ static void limits_are_named(void **state)
 {
     (void)state;
     struct bd_scene *scene;
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     struct bd_import_limits limits = bd_import_default_limits;
     limits.triangle_count = 29;
-    assert_int_equal(import_with(pool, &limits, &scene, &fault), BD_ERR_LIMIT);
-    assert_non_null(strstr(fault.message, "30 triangles, limit 29"));
+    assert_int_equal(import_with(pool, &limits, &scene, &detail), BD_ERR_LIMIT);
+    assert_non_null(strstr(detail.message, "30 triangles, limit 29"));
     limits = bd_import_default_limits;
     limits.scene_bytes = 500;
-    assert_int_equal(import_with(pool, &limits, &scene, &fault), BD_ERR_LIMIT);
-    assert_non_null(strstr(fault.message, "500 bytes"));
+    assert_int_equal(import_with(pool, &limits, &scene, &detail), BD_ERR_LIMIT);
+    assert_non_null(strstr(detail.message, "500 bytes"));
     struct bd_import_file checker = read_scene("checker.glb");
     limits = bd_import_default_limits;
     limits.picture_side_px = 7;
-    assert_int_equal(bd_import(pool, &checker, 1, &limits, &scene, &fault), BD_ERR_LIMIT);
-    assert_non_null(strstr(fault.message, "8 x 8 pixels, limit 7"));
-    assert_string_equal(fault.field, "images[0].bufferView");
+    assert_int_equal(bd_import(pool, &checker, 1, &limits, &scene, &detail), BD_ERR_LIMIT);
+    assert_non_null(strstr(detail.message, "8 x 8 pixels, limit 7"));
+    assert_string_equal(detail.field, "images[0].bufferView");
     limits = bd_import_default_limits;
     limits.picture_texels = 100; // two pictures of 64
-    assert_int_equal(bd_import(pool, &checker, 1, &limits, &scene, &fault), BD_ERR_LIMIT);
-    assert_string_equal(fault.field, "images[1].bufferView");
+    assert_int_equal(bd_import(pool, &checker, 1, &limits, &scene, &detail), BD_ERR_LIMIT);
+    assert_string_equal(detail.field, "images[1].bufferView");
     free((void *)checker.bytes);
 }
 
@@ -205,12 +205,12 @@ static void pictures_are_shrunk_to_their_limit(void **state)
 {
     (void)state;
     struct bd_scene *first, *second;
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     struct bd_import_file checker = read_scene("checker.glb");
     struct bd_import_limits limits = bd_import_default_limits;
     limits.picture_texels_kept = 100;
-    assert_int_equal(bd_import(pool, &checker, 1, &limits, &first, &fault), BD_ERR_OK);
-    assert_int_equal(bd_import(pool, &checker, 1, &limits, &second, &fault), BD_ERR_OK);
+    assert_int_equal(bd_import(pool, &checker, 1, &limits, &first, &detail), BD_ERR_OK);
+    assert_int_equal(bd_import(pool, &checker, 1, &limits, &second, &detail), BD_ERR_OK);
     assert_memory_equal(first->content_sha256, second->content_sha256, 32);
     assert_int_equal(first->pictures[0]->width_px, 4);
     assert_int_equal(first->pictures[1]->width_px, 8);
@@ -235,19 +235,19 @@ static void memory_is_limited(void **state)
     struct bd_import_file file = {"large.gltf", bytes, size};
     struct bd_import_limits limits = bd_import_default_limits;
     struct bd_scene *scene;
-    struct bd_fault fault = {0};
-    assert_int_equal(bd_import(pool, &file, 1, &limits, &scene, &fault), BD_ERR_OK);
+    struct bd_err_detail detail = {0};
+    assert_int_equal(bd_import(pool, &file, 1, &limits, &scene, &detail), BD_ERR_OK);
     bd_scene_release(&scene);
     limits.memory_bytes = 4 << 20;
-    assert_int_equal(bd_import(pool, &file, 1, &limits, &scene, &fault), BD_ERR_LIMIT);
-    assert_non_null(strstr(fault.message, "import limited to 4 MiB"));
+    assert_int_equal(bd_import(pool, &file, 1, &limits, &scene, &detail), BD_ERR_LIMIT);
+    assert_non_null(strstr(detail.message, "import limited to 4 MiB"));
     free(bytes);
 }
 
 static void *import_one(void *user)
 {
-    struct bd_fault fault;
-    return (void *)(intptr_t)import_with(pool, &bd_import_default_limits, user, &fault);
+    struct bd_err_detail detail;
+    return (void *)(intptr_t)import_with(pool, &bd_import_default_limits, user, &detail);
 }
 
 static void several_at_once(void **state)

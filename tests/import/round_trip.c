@@ -17,16 +17,16 @@ struct trip {
     double export_ms;
 };
 
-static enum bd_err go(const struct bd_scene *scene, struct trip *out, struct bd_fault *fault)
+static enum bd_err go(const struct bd_scene *scene, struct trip *out, struct bd_err_detail *detail)
 {
     uint64_t start_ns = bd_clock_ns();
     *out = (struct trip){0};
-    enum bd_err err = bd_gltf_write(scene, BD_GLB_BYTES_MAX, &out->file, &out->notes, fault);
+    enum bd_err err = bd_gltf_write(scene, BD_GLB_BYTES_MAX, &out->file, &out->notes, detail);
     out->export_ms = bd_ms_since(start_ns);
     if (err) return err;
     const struct bd_import_file input = {"export", out->file.data, out->file.size_bytes};
-    err = bd_gltf_read(&input, 1, &bd_import_default_limits, &out->scene, fault);
-    if (!err) err = bd_scene_finish(out->scene, fault);
+    err = bd_gltf_read(&input, 1, &bd_import_default_limits, &out->scene, detail);
+    if (!err) err = bd_scene_finish(out->scene, detail);
     return err;
 }
 
@@ -82,10 +82,10 @@ static json_t *result(const struct bd_scene *scene, const struct trip *first,
 json_t *round_trip_json(const struct bd_scene *scene)
 {
     struct trip first, second = {0};
-    struct bd_fault fault = {0};
-    enum bd_err err = go(scene, &first, &fault);
-    if (!err) err = go(first.scene, &second, &fault);
-    json_t *json = err ? json_pack("{s:s,s:s}", "fault", fault.message, "field", fault.field)
+    struct bd_err_detail detail = {0};
+    enum bd_err err = go(scene, &first, &detail);
+    if (!err) err = go(first.scene, &second, &detail);
+    json_t *json = err ? json_pack("{s:s,s:s}", "fault", detail.message, "field", detail.field)
                        : result(scene, &first, &second);
     end(&first), end(&second);
     return json;

@@ -2,7 +2,7 @@
 // eyes. `summary PROGRAM|--in-process|--round-trip FILE`; the files beside a .gltf are found in its
 // folder. With --round-trip, in this process, and then through an export and back.
 //
-// Exit 0: loaded; 4: refused, with the fault in the JSON; 2: usage or no such file.
+// Exit 0: loaded; 4: refused, with the error in the JSON; 2: usage or no such file.
 
 #include <fcntl.h>
 #include <jansson.h>
@@ -143,23 +143,23 @@ static json_t *scene_json(const struct bd_scene *scene)
                      features(&scene->features), "flags", flags(&scene->flags));
 }
 
-static json_t *fault_json(const struct bd_fault *fault)
+static json_t *error_json(const struct bd_err_detail *detail)
 {
-    return json_pack("{s:s,s:s,s:s,s:s}", "verdict", "refuse", "error", bd_err_name(fault->err),
-                     "field", fault->field, "message", fault->message);
+    return json_pack("{s:s,s:s,s:s,s:s}", "verdict", "refuse", "error", bd_err_name(detail->err),
+                     "field", detail->field, "message", detail->message);
 }
 
 static enum bd_err import(const char *program, const struct bd_import_file *files, uint32_t count,
-                          struct bd_scene **scene, struct bd_fault *fault)
+                          struct bd_scene **scene, struct bd_err_detail *detail)
 {
     if (program) {
         struct bd_import_pool *pool = bd_import_pool_create(program, 0);
-        enum bd_err err = bd_import(pool, files, count, &bd_import_default_limits, scene, fault);
+        enum bd_err err = bd_import(pool, files, count, &bd_import_default_limits, scene, detail);
         bd_import_pool_destroy(&pool);
         return err;
     }
-    enum bd_err err = bd_gltf_read(files, count, &bd_import_default_limits, scene, fault);
-    return err == BD_ERR_OK ? bd_scene_finish(*scene, fault) : err;
+    enum bd_err err = bd_gltf_read(files, count, &bd_import_default_limits, scene, detail);
+    return err == BD_ERR_OK ? bd_scene_finish(*scene, detail) : err;
 }
 
 int main(int argc, char **argv)
@@ -172,12 +172,12 @@ int main(int argc, char **argv)
     const char *program = is_trip || strcmp(argv[1], "--in-process") == 0 ? NULL : argv[1];
     struct bd_import_file files[64];
     struct bd_scene *scene = NULL;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     json_t *document;
     uint32_t count = find_files(argv[2], files, &document);
     uint64_t start_ns = bd_clock_ns();
-    enum bd_err err = import(program, files, count, &scene, &fault);
-    json_t *summary = err == BD_ERR_OK ? scene_json(scene) : fault_json(&fault);
+    enum bd_err err = import(program, files, count, &scene, &detail);
+    json_t *summary = err == BD_ERR_OK ? scene_json(scene) : error_json(&detail);
     json_object_set_new(summary, "import_ms", json_real(bd_ms_since(start_ns)));
     if (is_trip && err == BD_ERR_OK)
         json_object_set_new(summary, "round_trip", round_trip_json(scene));

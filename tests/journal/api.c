@@ -12,14 +12,14 @@
 struct place {
     char directory[64];
     struct bd_journal *journal;
-    struct bd_fault fault;
+    struct bd_err_detail detail;
 };
 
 static void open_again(struct place *place)
 {
     bd_journal_close(&place->journal);
-    enum bd_err err = bd_journal_open(place->directory, &place->journal, &place->fault);
-    if (err) fail_msg("%s", place->fault.message);
+    enum bd_err err = bd_journal_open(place->directory, &place->journal, &place->detail);
+    if (err) fail_msg("%s", place->detail.message);
 }
 
 static int set_up(void **state)
@@ -48,11 +48,11 @@ static void grow_scene(struct place *place, const char *scene, struct kit_edit *
     struct kit_snapshot snapshot;
     kit_make_edit(&edits[1], 1, 0, 7);
     kit_make_snapshot(&snapshot, 1, edits[1].state);
-    assert_int_equal(kit_add(place->journal, scene, &edits[1], &snapshot, &place->fault),
+    assert_int_equal(kit_add(place->journal, scene, &edits[1], &snapshot, &place->detail),
                      BD_ERR_OK);
     for (uint64_t i = 2; i <= count; i++) {
         kit_make_edit(&edits[i], i, edits[i - 1].state, 7);
-        assert_int_equal(kit_commit(place->journal, scene, &edits[i], &place->fault), BD_ERR_OK);
+        assert_int_equal(kit_commit(place->journal, scene, &edits[i], &place->detail), BD_ERR_OK);
     }
 }
 
@@ -61,8 +61,8 @@ static void write_snapshot(struct place *place, const char *scene, const struct 
     struct kit_snapshot snapshot;
     kit_make_snapshot(&snapshot, edit->edit.revision, edit->state);
     enum bd_err err =
-        bd_journal_write_snapshot(place->journal, scene, &snapshot.snapshot, &place->fault);
-    if (err) fail_msg("%s", place->fault.message);
+        bd_journal_write_snapshot(place->journal, scene, &snapshot.snapshot, &place->detail);
+    if (err) fail_msg("%s", place->detail.message);
 }
 
 static void name_it(struct place *place, const char *scene, const char *name, uint64_t revision,
@@ -70,15 +70,15 @@ static void name_it(struct place *place, const char *scene, const char *name, ui
 {
     struct bd_journal_record record = {
         .kind = BD_JOURNAL_NAME, .scene = scene, .name = name, .revision = revision};
-    assert_int_equal(bd_journal_commit(place->journal, &record, 1, NULL, &place->fault), expected);
+    assert_int_equal(bd_journal_commit(place->journal, &record, 1, NULL, &place->detail), expected);
 }
 
 static void expect_state(struct place *place, const char *scene, uint64_t revision,
                          const struct kit_edit *edits, uint64_t reached, uint64_t snapshot)
 {
     struct kit_loaded loaded;
-    enum bd_err err = kit_load(place->journal, scene, revision, &loaded, &place->fault);
-    if (err) fail_msg("%s", place->fault.message);
+    enum bd_err err = kit_load(place->journal, scene, revision, &loaded, &place->detail);
+    if (err) fail_msg("%s", place->detail.message);
     assert_int_equal(loaded.revision, reached);
     assert_true(loaded.state == edits[reached].state);
     assert_int_equal(loaded.snapshot_revision, snapshot);
@@ -88,9 +88,9 @@ static void expect_state(struct place *place, const char *scene, uint64_t revisi
 static void expect_unreachable(struct place *place, const char *scene, uint64_t revision)
 {
     struct kit_loaded loaded;
-    assert_int_equal(kit_load(place->journal, scene, revision, &loaded, &place->fault),
+    assert_int_equal(kit_load(place->journal, scene, revision, &loaded, &place->detail),
                      BD_ERR_NOT_FOUND);
-    assert_string_equal(place->fault.field, "revision");
+    assert_string_equal(place->detail.field, "revision");
 }
 
 struct seen_scenes {
@@ -129,7 +129,7 @@ static void expect_owner(struct place *place, const char *scene, const char *exp
 static void expect_scenes(struct place *place, const char *expected)
 {
     struct seen_scenes seen = {0};
-    assert_int_equal(bd_journal_each_scene(place->journal, see_scene, &seen, &place->fault),
+    assert_int_equal(bd_journal_each_scene(place->journal, see_scene, &seen, &place->detail),
                      BD_ERR_OK);
     assert_string_equal(seen.text, expected);
 }
@@ -150,8 +150,8 @@ static void scenes_come_back(void **state)
         open_again(place);
     }
     struct kit_loaded loaded;
-    assert_int_equal(kit_load(place->journal, "c", 0, &loaded, &place->fault), BD_ERR_NOT_FOUND);
-    assert_string_equal(place->fault.field, "scene");
+    assert_int_equal(kit_load(place->journal, "c", 0, &loaded, &place->detail), BD_ERR_NOT_FOUND);
+    assert_string_equal(place->detail.field, "scene");
 }
 
 static void a_start_begins_at_the_newest_snapshot(void **state)
@@ -176,12 +176,12 @@ static void a_snapshot_must_be_of_its_revision(void **state)
     grow_scene(place, "a", edits, 3);
     kit_make_snapshot(&snapshot, 3, edits[2].state);
     assert_int_equal(
-        bd_journal_write_snapshot(place->journal, "a", &snapshot.snapshot, &place->fault),
+        bd_journal_write_snapshot(place->journal, "a", &snapshot.snapshot, &place->detail),
         BD_ERR_CONFLICT);
-    assert_string_equal(place->fault.field, "snapshot");
+    assert_string_equal(place->detail.field, "snapshot");
     kit_make_snapshot(&snapshot, 4, edits[3].state);
     assert_int_equal(
-        bd_journal_write_snapshot(place->journal, "a", &snapshot.snapshot, &place->fault),
+        bd_journal_write_snapshot(place->journal, "a", &snapshot.snapshot, &place->detail),
         BD_ERR_NOT_FOUND);
 }
 
@@ -193,22 +193,22 @@ static void edits_are_found(void **state)
     grow_scene(place, "a", edits, 5);
     open_again(place);
     for (uint64_t i = 1; i <= 5; i++) {
-        assert_int_equal(bd_journal_get_edit(place->journal, "a", i, &got, &place->fault),
+        assert_int_equal(bd_journal_get_edit(place->journal, "a", i, &got, &place->detail),
                          BD_ERR_OK);
         assert_true(kit_is_edit(&got, &edits[i], false));
-        assert_int_equal(
-            bd_journal_find_edit(place->journal, "a", edits[i].client_edit_id, &got, &place->fault),
-            BD_ERR_OK);
+        assert_int_equal(bd_journal_find_edit(place->journal, "a", edits[i].client_edit_id, &got,
+                                              &place->detail),
+                         BD_ERR_OK);
         assert_true(kit_is_edit(&got, &edits[i], false));
     }
-    assert_int_equal(bd_journal_get_edit(place->journal, "a", 6, &got, &place->fault),
+    assert_int_equal(bd_journal_get_edit(place->journal, "a", 6, &got, &place->detail),
                      BD_ERR_NOT_FOUND);
-    assert_string_equal(place->fault.field, "revision");
-    assert_int_equal(bd_journal_find_edit(place->journal, "a", "", &got, &place->fault),
+    assert_string_equal(place->detail.field, "revision");
+    assert_int_equal(bd_journal_find_edit(place->journal, "a", "", &got, &place->detail),
                      BD_ERR_NOT_FOUND);
-    assert_int_equal(bd_journal_find_edit(place->journal, "a", "e9", &got, &place->fault),
+    assert_int_equal(bd_journal_find_edit(place->journal, "a", "e9", &got, &place->detail),
                      BD_ERR_NOT_FOUND);
-    assert_string_equal(place->fault.field, "client_edit_id");
+    assert_string_equal(place->detail.field, "client_edit_id");
 }
 
 struct seen_edits {
@@ -232,7 +232,7 @@ static void expect_log(struct place *place, const struct kit_edit *made, uint64_
 {
     struct seen_edits seen = {.made = made};
     assert_int_equal(
-        bd_journal_each_edit(place->journal, "a", after, limit, see_edit, &seen, &place->fault),
+        bd_journal_each_edit(place->journal, "a", after, limit, see_edit, &seen, &place->detail),
         BD_ERR_OK);
     assert_int_equal(seen.count, count);
     if (count) assert_int_equal(seen.first, first);
@@ -254,7 +254,7 @@ static void the_log_is_the_newest_oldest_first(void **state)
 static enum bd_err commit_all(struct place *place, const struct bd_journal_record *records,
                               uint32_t count, uint32_t *faulty)
 {
-    return bd_journal_commit(place->journal, records, count, faulty, &place->fault);
+    return bd_journal_commit(place->journal, records, count, faulty, &place->detail);
 }
 
 static void a_commit_is_all_or_nothing(void **state)
@@ -276,7 +276,7 @@ static void a_commit_is_all_or_nothing(void **state)
     };
     assert_int_equal(commit_all(place, records, 4, &faulty), BD_ERR_CONFLICT);
     assert_int_equal(faulty, 3);
-    assert_string_equal(place->fault.field, "revision");
+    assert_string_equal(place->detail.field, "revision");
     expect_scenes(place, "a box 3;");
     assert_int_equal(commit_all(place, records, 3, &faulty), BD_ERR_OK);
     expect_owner(place, "b", "me");
@@ -294,47 +294,47 @@ static void what_a_commit_refuses(void **state)
     kit_make_edit(&edit, 4, a[3].state, 7);
 
     snprintf(edit.client_edit_id, sizeof edit.client_edit_id, "%s", a[2].client_edit_id);
-    assert_int_equal(kit_commit(place->journal, "a", &edit, &place->fault), BD_ERR_CONFLICT);
-    assert_string_equal(place->fault.field, "client_edit_id");
+    assert_int_equal(kit_commit(place->journal, "a", &edit, &place->detail), BD_ERR_CONFLICT);
+    assert_string_equal(place->detail.field, "client_edit_id");
     edit.client_edit_id[0] = 0;
 
     memset(text, 'x', sizeof text - 1);
     text[sizeof text - 1] = 0;
     edit.edit.message = text;
-    assert_int_equal(kit_commit(place->journal, "a", &edit, &place->fault), BD_ERR_LIMIT);
-    assert_string_equal(place->fault.field, "message");
+    assert_int_equal(kit_commit(place->journal, "a", &edit, &place->detail), BD_ERR_LIMIT);
+    assert_string_equal(place->detail.field, "message");
     text[BD_JOURNAL_TEXT_BYTES_MAX] = 0;
 
     char author[sizeof text];
     memset(author, 'y', sizeof author - 1);
     author[sizeof author - 1] = 0;
     edit.edit.author = author;
-    assert_int_equal(kit_commit(place->journal, "a", &edit, &place->fault), BD_ERR_LIMIT);
-    assert_string_equal(place->fault.field, "author");
+    assert_int_equal(kit_commit(place->journal, "a", &edit, &place->detail), BD_ERR_LIMIT);
+    assert_string_equal(place->detail.field, "author");
     author[BD_JOURNAL_TEXT_BYTES_MAX] = 0;
 
     edit.edit.inverse_content = (struct bd_journal_digests){unknown, 1};
-    assert_int_equal(kit_commit(place->journal, "a", &edit, &place->fault), BD_ERR_NOT_FOUND);
-    assert_string_equal(place->fault.field, "content");
+    assert_int_equal(kit_commit(place->journal, "a", &edit, &place->detail), BD_ERR_NOT_FOUND);
+    assert_string_equal(place->detail.field, "content");
     edit.edit.inverse_content.count = 0;
 
     edit.edit.forward.size = (size_t)BD_JOURNAL_RECORD_BYTES_MAX + 1;
-    assert_int_equal(kit_commit(place->journal, "a", &edit, &place->fault), BD_ERR_LIMIT);
-    assert_string_equal(place->fault.field, "edit");
+    assert_int_equal(kit_commit(place->journal, "a", &edit, &place->detail), BD_ERR_LIMIT);
+    assert_string_equal(place->detail.field, "edit");
     edit.edit.forward.size = 8;
 
-    assert_int_equal(kit_commit(place->journal, "nobody", &edit, &place->fault), BD_ERR_NOT_FOUND);
+    assert_int_equal(kit_commit(place->journal, "nobody", &edit, &place->detail), BD_ERR_NOT_FOUND);
     struct kit_snapshot snapshot;
     kit_make_snapshot(&snapshot, 1, a[1].state);
-    assert_int_equal(kit_add(place->journal, "a", &a[1], &snapshot, &place->fault),
+    assert_int_equal(kit_add(place->journal, "a", &a[1], &snapshot, &place->detail),
                      BD_ERR_CONFLICT);
-    assert_string_equal(place->fault.field, "scene");
+    assert_string_equal(place->detail.field, "scene");
     expect_scenes(place, "a box 3;");
-    assert_int_equal(kit_commit(place->journal, "a", &edit, &place->fault), BD_ERR_OK);
+    assert_int_equal(kit_commit(place->journal, "a", &edit, &place->detail), BD_ERR_OK);
     // Without an id, as often as you like.
     kit_make_edit(&edit, 5, a[3].state, 7);
     edit.client_edit_id[0] = 0;
-    assert_int_equal(kit_commit(place->journal, "a", &edit, &place->fault), BD_ERR_OK);
+    assert_int_equal(kit_commit(place->journal, "a", &edit, &place->detail), BD_ERR_OK);
 }
 
 static void see_name(void *user, const char *name, uint64_t revision)
@@ -347,7 +347,7 @@ static void see_name(void *user, const char *name, uint64_t revision)
 static void expect_names(struct place *place, const char *scene, const char *expected)
 {
     char text[256] = "";
-    assert_int_equal(bd_journal_each_name(place->journal, scene, see_name, text, &place->fault),
+    assert_int_equal(bd_journal_each_name(place->journal, scene, see_name, text, &place->detail),
                      BD_ERR_OK);
     assert_string_equal(text, expected);
 }
@@ -370,7 +370,7 @@ static void names_are_set_moved_and_removed(void **state)
     struct bd_journal_record record = {.kind = BD_JOURNAL_UNNAME, .scene = "a", .name = "last"};
     assert_int_equal(commit_all(place, &record, 1, NULL), BD_ERR_OK);
     assert_int_equal(commit_all(place, &record, 1, NULL), BD_ERR_NOT_FOUND);
-    assert_string_equal(place->fault.field, "name");
+    assert_string_equal(place->detail.field, "name");
     open_again(place);
     expect_names(place, "a", "first 1;good 5;");
 }
@@ -378,7 +378,7 @@ static void names_are_set_moved_and_removed(void **state)
 static struct bd_journal_stats stats_of(struct place *place)
 {
     struct bd_journal_stats stats;
-    assert_int_equal(bd_journal_get_stats(place->journal, &stats, &place->fault), BD_ERR_OK);
+    assert_int_equal(bd_journal_get_stats(place->journal, &stats, &place->detail), BD_ERR_OK);
     return stats;
 }
 
@@ -399,16 +399,16 @@ static void content_comes_back(void **state)
         kit_make_content(&content[i], sizes[i], (uint64_t)i);
         list[i] = content[i].content;
         assert_false(kit_has(place->journal, &content[i]));
-        assert_int_equal(kit_read(place->journal, &content[i], &place->fault), BD_ERR_NOT_FOUND);
+        assert_int_equal(kit_read(place->journal, &content[i], &place->detail), BD_ERR_NOT_FOUND);
     }
-    assert_int_equal(kit_put(place->journal, list, COUNT, &place->fault), BD_ERR_OK);
+    assert_int_equal(kit_put(place->journal, list, COUNT, &place->detail), BD_ERR_OK);
     uint64_t bytes = stats_of(place).file_bytes;
-    assert_int_equal(kit_put(place->journal, list, COUNT, &place->fault), BD_ERR_OK);
+    assert_int_equal(kit_put(place->journal, list, COUNT, &place->detail), BD_ERR_OK);
     assert_true(stats_of(place).file_bytes < bytes + 65536); // twice is once
     open_again(place);
     for (int i = 0; i < COUNT; i++) {
         assert_true(kit_has(place->journal, &content[i]));
-        assert_int_equal(kit_read(place->journal, &content[i], &place->fault), BD_ERR_OK);
+        assert_int_equal(kit_read(place->journal, &content[i], &place->detail), BD_ERR_OK);
         free(content[i].bytes);
     }
 }
@@ -421,15 +421,15 @@ static void content_goes_in_by_slices(void **state)
     kit_make_content(&content, 2 * BD_JOURNAL_SLICE_BYTES + 1, 5);
     struct bd_journal_put put = {.content = &content.content, .count = 1};
     for (int i = 0; i < 2; i++) {
-        assert_int_equal(bd_journal_put_some(place->journal, &put, &place->fault), BD_ERR_OK);
+        assert_int_equal(bd_journal_put_some(place->journal, &put, &place->detail), BD_ERR_OK);
         assert_int_equal(put.next, 0);
         assert_int_equal(put.next_bytes, (i + 1) * BD_JOURNAL_SLICE_BYTES);
     }
     bd_journal_put_end(place->journal, &put);
     open_again(place); // as after a crash in between
     assert_false(kit_has(place->journal, &content));
-    assert_int_equal(kit_put(place->journal, &content.content, 1, &place->fault), BD_ERR_OK);
-    assert_int_equal(kit_read(place->journal, &content, &place->fault), BD_ERR_OK);
+    assert_int_equal(kit_put(place->journal, &content.content, 1, &place->detail), BD_ERR_OK);
+    assert_int_equal(kit_read(place->journal, &content, &place->detail), BD_ERR_OK);
     free(content.bytes);
 }
 
@@ -438,7 +438,7 @@ static void compact(struct place *place, const char *scene, uint64_t keep)
     bool is_done = false;
     for (int i = 0; !is_done; i++) {
         assert_in_range(i, 0, 100);
-        assert_int_equal(bd_journal_compact(place->journal, scene, keep, &is_done, &place->fault),
+        assert_int_equal(bd_journal_compact(place->journal, scene, keep, &is_done, &place->detail),
                          BD_ERR_OK);
     }
 }
@@ -449,7 +449,7 @@ static int collect(struct place *place)
     int count = 0;
     for (; !is_done; count++) {
         assert_in_range(count, 0, 10000);
-        assert_int_equal(bd_journal_collect(place->journal, &is_done, &place->fault), BD_ERR_OK);
+        assert_int_equal(bd_journal_collect(place->journal, &is_done, &place->detail), BD_ERR_OK);
     }
     return count;
 }
@@ -457,7 +457,7 @@ static int collect(struct place *place)
 static uint64_t oldest_of(struct place *place, const char *scene)
 {
     uint64_t oldest;
-    assert_int_equal(bd_journal_oldest(place->journal, scene, &oldest, &place->fault), BD_ERR_OK);
+    assert_int_equal(bd_journal_oldest(place->journal, scene, &oldest, &place->detail), BD_ERR_OK);
     return oldest;
 }
 
@@ -523,7 +523,7 @@ static void grow_with_content(struct place *place, struct kit_edit edits[4],
         list[i] = content[i].content;
     }
     while (put.next < put.count)
-        assert_int_equal(bd_journal_put_some(place->journal, &put, &place->fault), BD_ERR_OK);
+        assert_int_equal(bd_journal_put_some(place->journal, &put, &place->detail), BD_ERR_OK);
     collect(place); // takes nothing of what is on its way
     grow_scene(place, "a", edits, 1);
     kit_make_edit(&edits[2], 2, edits[1].state, 7);
@@ -532,7 +532,7 @@ static void grow_with_content(struct place *place, struct kit_edit edits[4],
     kit_make_edit(&edits[3], 3, edits[2].state, 7);
     edits[3].edit.forward_content = (struct bd_journal_digests){content[2].content.sha256, 1};
     for (int i = 2; i < 4; i++)
-        assert_int_equal(kit_commit(place->journal, "a", &edits[i], &place->fault), BD_ERR_OK);
+        assert_int_equal(kit_commit(place->journal, "a", &edits[i], &place->detail), BD_ERR_OK);
     bd_journal_put_end(place->journal, &put);
 }
 
@@ -550,7 +550,7 @@ static void content_that_nothing_needs_is_collected(void **state)
     kit_make_snapshot(&snapshot, 3, edits[3].state);
     snapshot.snapshot.content = (struct bd_journal_digests){content[2].content.sha256, 1};
     assert_int_equal(
-        bd_journal_write_snapshot(place->journal, "a", &snapshot.snapshot, &place->fault),
+        bd_journal_write_snapshot(place->journal, "a", &snapshot.snapshot, &place->detail),
         BD_ERR_OK);
     compact(place, "a", 0);
     uint64_t before = stats_of(place).file_bytes;
@@ -560,7 +560,7 @@ static void content_that_nothing_needs_is_collected(void **state)
     assert_true(kit_has(place->journal, &content[2]));
     open_again(place);
     assert_true(stats_of(place).file_bytes < before - 4 * BD_JOURNAL_PART_BYTES);
-    assert_int_equal(kit_read(place->journal, &content[2], &place->fault), BD_ERR_OK);
+    assert_int_equal(kit_read(place->journal, &content[2], &place->detail), BD_ERR_OK);
     for (int i = 0; i < 3; i++) free(content[i].bytes);
 }
 
@@ -602,22 +602,23 @@ static void a_round_goes_on_beside_commits(void **state)
     grow_scene(place, "a", edits, 1);
     for (int i = 2; i < 64; i++) {
         // Content that lay there unneeded and is put again; some of it is never committed.
-        assert_int_equal(kit_put(place->journal, &content[i].content, 1, &place->fault), BD_ERR_OK);
+        assert_int_equal(kit_put(place->journal, &content[i].content, 1, &place->detail),
+                         BD_ERR_OK);
         struct bd_journal_put put = {.content = &content[i].content, .count = 1};
         bool is_done;
-        assert_int_equal(bd_journal_collect(place->journal, &is_done, &place->fault), BD_ERR_OK);
-        assert_int_equal(bd_journal_put_some(place->journal, &put, &place->fault), BD_ERR_OK);
-        assert_int_equal(bd_journal_collect(place->journal, &is_done, &place->fault), BD_ERR_OK);
+        assert_int_equal(bd_journal_collect(place->journal, &is_done, &place->detail), BD_ERR_OK);
+        assert_int_equal(bd_journal_put_some(place->journal, &put, &place->detail), BD_ERR_OK);
+        assert_int_equal(bd_journal_collect(place->journal, &is_done, &place->detail), BD_ERR_OK);
         kit_make_edit(&edits[i], (uint64_t)i, edits[i - 1].state, 7);
         edits[i].edit.forward_content = (struct bd_journal_digests){content[i].content.sha256, 1};
-        assert_int_equal(kit_commit(place->journal, "a", &edits[i], &place->fault), BD_ERR_OK);
+        assert_int_equal(kit_commit(place->journal, "a", &edits[i], &place->detail), BD_ERR_OK);
         bd_journal_put_end(place->journal, &put);
-        assert_int_equal(bd_journal_collect(place->journal, &is_done, &place->fault), BD_ERR_OK);
+        assert_int_equal(bd_journal_collect(place->journal, &is_done, &place->detail), BD_ERR_OK);
     }
     collect(place);
     collect(place);
     for (int i = 2; i < 64; i++)
-        assert_int_equal(kit_read(place->journal, &content[i], &place->fault), BD_ERR_OK);
+        assert_int_equal(kit_read(place->journal, &content[i], &place->detail), BD_ERR_OK);
     for (int i = 0; i < 64; i++) free(content[i].bytes);
     expect_state(place, "a", 0, edits, 63, 1);
 }
@@ -630,13 +631,13 @@ static void cutting_takes_the_end_away(void **state)
     write_snapshot(place, "a", &edits[7]);
     name_it(place, "a", "late", 6, BD_ERR_OK);
     name_it(place, "a", "soon", 5, BD_ERR_OK);
-    assert_int_equal(bd_journal_cut(place->journal, "a", 9, &place->fault), BD_ERR_NOT_FOUND);
-    assert_int_equal(bd_journal_cut(place->journal, "a", 5, &place->fault), BD_ERR_OK);
+    assert_int_equal(bd_journal_cut(place->journal, "a", 9, &place->detail), BD_ERR_NOT_FOUND);
+    assert_int_equal(bd_journal_cut(place->journal, "a", 5, &place->detail), BD_ERR_OK);
     open_again(place);
     expect_state(place, "a", 0, edits, 5, 1);
     expect_names(place, "a", "soon 5;");
     kit_make_edit(&edits[6], 6, edits[5].state, 8);
-    assert_int_equal(kit_commit(place->journal, "a", &edits[6], &place->fault), BD_ERR_OK);
+    assert_int_equal(kit_commit(place->journal, "a", &edits[6], &place->detail), BD_ERR_OK);
     expect_state(place, "a", 0, edits, 6, 1);
 }
 
@@ -646,7 +647,7 @@ static void one_daemon_at_a_time(void **state)
     struct bd_journal *second;
     struct kit_edit edits[2];
     grow_scene(place, "a", edits, 1);
-    assert_int_equal(bd_journal_open(place->directory, &second, &place->fault), BD_ERR_CONFLICT);
+    assert_int_equal(bd_journal_open(place->directory, &second, &place->detail), BD_ERR_CONFLICT);
     assert_null(second);
     expect_scenes(place, "a box 1;");
 }

@@ -14,12 +14,12 @@ static struct bd_journal *journal;
 
 static int set_up(void **state)
 {
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     (void)state;
     disk_format(1);
     story_make(&story);
-    if (bd_journal_open(DISK_DIRECTORY, &journal, &fault)) fail_msg("%s", fault.message);
-    assert_int_equal(story_write(&story, journal, &fault), BD_ERR_OK);
+    if (bd_journal_open(DISK_DIRECTORY, &journal, &detail)) fail_msg("%s", detail.message);
+    assert_int_equal(story_write(&story, journal, &detail), BD_ERR_OK);
     return 0;
 }
 
@@ -38,24 +38,24 @@ static void fail_at(uint64_t at)
     disk_fail_at(at ? DISK_FAULT_IO : DISK_FAULT_NONE, at, 1);
 }
 
-static void expect_io(enum bd_err err, const struct bd_fault *fault, uint64_t at)
+static void expect_io(enum bd_err err, const struct bd_err_detail *detail, uint64_t at)
 {
-    if (err != BD_ERR_IO || strcmp(fault->field, "data") != 0)
-        fail_msg("call %zu: %s, %s", (size_t)at, bd_err_name(err), fault->message);
+    if (err != BD_ERR_IO || strcmp(detail->field, "data") != 0)
+        fail_msg("call %zu: %s, %s", (size_t)at, bd_err_name(err), detail->message);
 }
 
 // Less than the whole would be cut off as damaged by whoever asked for it.
 static void expect_all_or_nothing(uint64_t revision, uint64_t expected)
 {
     for (uint64_t at = 1;; at++) {
-        struct bd_fault fault = {0};
+        struct bd_err_detail detail = {0};
         struct kit_loaded loaded;
         fail_at(at);
-        enum bd_err err = kit_load(journal, "a", revision, &loaded, &fault);
+        enum bd_err err = kit_load(journal, "a", revision, &loaded, &detail);
         bool has_failed = disk_failed_count() > 0;
         fail_at(0);
         if (has_failed) {
-            expect_io(err, &fault, at);
+            expect_io(err, &detail, at);
             continue;
         }
         assert_int_equal(err, BD_ERR_OK);
@@ -82,11 +82,11 @@ static void content_is_there_or_nobody_knows(void **state)
 {
     (void)state;
     bool is_there = true;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     fail_at(1);
     enum bd_err err =
-        bd_journal_has_content(journal, story.content[1].content.sha256, &is_there, &fault);
-    expect_io(err, &fault, 1);
+        bd_journal_has_content(journal, story.content[1].content.sha256, &is_there, &detail);
+    expect_io(err, &detail, 1);
     fail_at(0);
     assert_true(kit_has(journal, &story.content[1]));
 }
@@ -100,14 +100,14 @@ static void a_failing_disk_is_no_records_fault(void **state)
         {.kind = BD_JOURNAL_UNNAME, .scene = "a", .name = "one"},
     };
     for (uint64_t at = 1;; at++) {
-        struct bd_fault fault = {0};
+        struct bd_err_detail detail = {0};
         uint32_t faulty = 0;
         fail_at(at);
-        enum bd_err err = bd_journal_commit(journal, records, 2, &faulty, &fault);
+        enum bd_err err = bd_journal_commit(journal, records, 2, &faulty, &detail);
         bool has_failed = disk_failed_count() > 0;
         fail_at(0);
         assert_int_equal(faulty, 2);
-        if (err) expect_io(err, &fault, at);
+        if (err) expect_io(err, &detail, at);
         if (has_failed) continue;
         assert_int_equal(err, BD_ERR_OK);
         assert_true(at > 5);

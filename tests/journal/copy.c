@@ -24,16 +24,16 @@ static struct bd_journal *make_journal(void)
 {
     struct bd_journal *journal;
     struct kit_snapshot snapshot;
-    struct bd_fault fault = {0};
-    if (bd_journal_open(directory, &journal, &fault)) fail_msg("%s", fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_journal_open(directory, &journal, &detail)) fail_msg("%s", detail.message);
     for (uint64_t r = 1; r <= REVISIONS; r++) {
         kit_make_edit(&edits[r], r, edits[r - 1].state, 5);
         kit_make_snapshot(&snapshot, r, edits[r].state);
-        assert_int_equal(r == 1 ? kit_add(journal, "a", &edits[r], &snapshot, &fault)
-                                : kit_commit(journal, "a", &edits[r], &fault),
+        assert_int_equal(r == 1 ? kit_add(journal, "a", &edits[r], &snapshot, &detail)
+                                : kit_commit(journal, "a", &edits[r], &detail),
                          BD_ERR_OK);
         if (r == 4)
-            assert_int_equal(bd_journal_write_snapshot(journal, "a", &snapshot.snapshot, &fault),
+            assert_int_equal(bd_journal_write_snapshot(journal, "a", &snapshot.snapshot, &detail),
                              BD_ERR_OK);
     }
     return journal;
@@ -77,31 +77,32 @@ struct seen {
 };
 
 static enum bd_err see_snapshot(void *user, const struct bd_journal_snapshot *snapshot,
-                                struct bd_fault *fault)
+                                struct bd_err_detail *detail)
 {
     struct seen *seen = user;
-    (void)fault;
+    (void)detail;
     seen->first = seen->last = snapshot->revision;
     assert_memory_equal(snapshot->sha256, edits[snapshot->revision].edit.snapshot_sha256, 32);
     return BD_ERR_OK;
 }
 
-static enum bd_err see_edit(void *user, const struct bd_journal_edit *edit, struct bd_fault *fault)
+static enum bd_err see_edit(void *user, const struct bd_journal_edit *edit,
+                            struct bd_err_detail *detail)
 {
     struct seen *seen = user;
-    (void)fault;
+    (void)detail;
     assert_int_equal(edit->revision, ++seen->last);
     assert_true(kit_is_edit(edit, &edits[edit->revision], false));
     return BD_ERR_OK;
 }
 
-static enum bd_err walk(uint64_t revision, struct seen *seen, struct bd_fault *fault)
+static enum bd_err walk(uint64_t revision, struct seen *seen, struct bd_err_detail *detail)
 {
     struct bd_journal *journal;
     const struct bd_journal_visitor visitor = {see_snapshot, see_edit, seen};
     *seen = (struct seen){0};
-    if (bd_journal_open_copy(directory, &journal, fault)) fail_msg("%s", fault->message);
-    enum bd_err err = bd_journal_walk(journal, "a", revision, &visitor, fault);
+    if (bd_journal_open_copy(directory, &journal, detail)) fail_msg("%s", detail->message);
+    enum bd_err err = bd_journal_walk(journal, "a", revision, &visitor, detail);
     bd_journal_close(&journal);
     return err;
 }
@@ -110,43 +111,43 @@ static void a_walk_begins_at_the_oldest_state(void **state)
 {
     (void)state;
     struct seen seen;
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     make_closed();
-    assert_int_equal(walk(0, &seen, &fault), BD_ERR_OK);
+    assert_int_equal(walk(0, &seen, &detail), BD_ERR_OK);
     assert_true(seen.first == 1 && seen.last == REVISIONS);
-    assert_int_equal(walk(3, &seen, &fault), BD_ERR_OK);
+    assert_int_equal(walk(3, &seen, &detail), BD_ERR_OK);
     assert_true(seen.first == 1 && seen.last == 3);
-    assert_int_equal(walk(REVISIONS + 1, &seen, &fault), BD_ERR_NOT_FOUND);
-    assert_non_null(strstr(fault.message, "newest is 6"));
+    assert_int_equal(walk(REVISIONS + 1, &seen, &detail), BD_ERR_NOT_FOUND);
+    assert_non_null(strstr(detail.message, "newest is 6"));
 }
 
 static void a_walk_begins_where_compaction_left_off(void **state)
 {
     (void)state;
     struct seen seen;
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     struct bd_journal *journal = make_journal();
     bool is_done = false;
     while (!is_done)
-        assert_int_equal(bd_journal_compact(journal, "a", 1, &is_done, &fault), BD_ERR_OK);
+        assert_int_equal(bd_journal_compact(journal, "a", 1, &is_done, &detail), BD_ERR_OK);
     bd_journal_close(&journal);
-    assert_int_equal(walk(0, &seen, &fault), BD_ERR_OK);
+    assert_int_equal(walk(0, &seen, &detail), BD_ERR_OK);
     assert_true(seen.first == 4 && seen.last == REVISIONS);
-    assert_int_equal(walk(2, &seen, &fault), BD_ERR_NOT_FOUND);
-    assert_non_null(strstr(fault.message, "begins at revision 4"));
+    assert_int_equal(walk(2, &seen, &detail), BD_ERR_NOT_FOUND);
+    assert_non_null(strstr(detail.message, "begins at revision 4"));
 }
 
 static void the_journal_is_left_as_it_is(void **state)
 {
     (void)state;
     struct seen seen;
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     struct bd_journal *journal = make_journal();
     // Nothing of it is in the file yet: all is in the log.
     struct file_bytes file = file_read(directory, BD_JOURNAL_FILE);
     struct file_bytes log = file_read(directory, BD_JOURNAL_FILE "-wal");
     assert_true(log.size > file.size);
-    assert_int_equal(walk(0, &seen, &fault), BD_ERR_OK);
+    assert_int_equal(walk(0, &seen, &detail), BD_ERR_OK);
     assert_int_equal(seen.last, REVISIONS);
     struct file_bytes file_after = file_read(directory, BD_JOURNAL_FILE);
     struct file_bytes log_after = file_read(directory, BD_JOURNAL_FILE "-wal");
@@ -162,11 +163,11 @@ static void the_journal_is_left_as_it_is(void **state)
 
 // --- what is wrong --------------------------------------------------------------------------
 
-static enum bd_err open_fault(const char *path, struct bd_fault *fault)
+static enum bd_err open_err(const char *path, struct bd_err_detail *detail)
 {
     struct bd_journal *journal = NULL;
-    *fault = (struct bd_fault){0};
-    enum bd_err err = bd_journal_open_copy(path, &journal, fault);
+    *detail = (struct bd_err_detail){0};
+    enum bd_err err = bd_journal_open_copy(path, &journal, detail);
     bd_journal_close(&journal);
     return err;
 }
@@ -175,20 +176,20 @@ static void damage_is_said_and_not_mended(void **state)
 {
     (void)state;
     struct seen seen;
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     make_closed();
     // Before the newest snapshot: met on the way.
     change("UPDATE edits SET forward=zeroblob(length(forward)) WHERE revision=3");
-    assert_int_equal(walk(0, &seen, &fault), BD_ERR_IO);
+    assert_int_equal(walk(0, &seen, &detail), BD_ERR_IO);
     assert_int_equal(seen.last, 2);
-    assert_non_null(strstr(fault.message, "revision 3"));
+    assert_non_null(strstr(detail.message, "revision 3"));
     // After it: a start would mend it.
     change("UPDATE edits SET forward=zeroblob(length(forward)) WHERE revision=5");
     struct file_bytes before = file_read(directory, BD_JOURNAL_FILE);
-    assert_int_equal(open_fault(directory, &fault), BD_ERR_IO);
-    assert_non_null(strstr(fault.message, directory));
-    assert_non_null(strstr(fault.message, "is damaged"));
-    assert_null(strstr(fault.message, "mends"));
+    assert_int_equal(open_err(directory, &detail), BD_ERR_IO);
+    assert_non_null(strstr(detail.message, directory));
+    assert_non_null(strstr(detail.message, "is damaged"));
+    assert_null(strstr(detail.message, "mends"));
     struct file_bytes after = file_read(directory, BD_JOURNAL_FILE);
     assert_true(before.size == after.size);
     assert_memory_equal(before.data, after.data, before.size);
@@ -201,38 +202,38 @@ static void damage_is_said_and_not_mended(void **state)
 static void foreign_and_newer_files_are_refused(void **state)
 {
     (void)state;
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     char path[128];
     static char text[8192];
     memset(text, 'x', sizeof text);
-    assert_int_equal(open_fault(directory, &fault), BD_ERR_NOT_FOUND);
+    assert_int_equal(open_err(directory, &detail), BD_ERR_NOT_FOUND);
     file_write(directory, "text", text, sizeof text);
     file_write(directory, "empty", text, 0);
     file_write(directory, "short", text, 20);
     static const char *const names[] = {"text", "empty", "short"};
     for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
         snprintf(path, sizeof path, "%s/%s", directory, names[i]);
-        assert_int_equal(open_fault(path, &fault), BD_ERR_IO);
-        assert_non_null(strstr(fault.message, names[i]));
+        assert_int_equal(open_err(path, &detail), BD_ERR_IO);
+        assert_non_null(strstr(detail.message, names[i]));
     }
     make_closed();
     change("PRAGMA user_version=77");
-    assert_int_equal(open_fault(directory, &fault), BD_ERR_UNSUPPORTED);
-    assert_non_null(strstr(fault.message, "format 77"));
+    assert_int_equal(open_err(directory, &detail), BD_ERR_UNSUPPORTED);
+    assert_non_null(strstr(detail.message, "format 77"));
 }
 
 static void a_daemon_that_holds_it_is_not_disturbed(void **state)
 {
     (void)state;
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     char path[128];
     make_closed();
     snprintf(path, sizeof path, "%s/lock", directory);
     int lock = open(path, O_RDWR | O_CREAT | O_CLOEXEC, 0600);
     assert_int_equal(flock(lock, LOCK_EX), 0);
-    assert_int_equal(open_fault(directory, &fault), BD_ERR_CONFLICT);
+    assert_int_equal(open_err(directory, &detail), BD_ERR_CONFLICT);
     close(lock);
-    assert_int_equal(open_fault(directory, &fault), BD_ERR_OK);
+    assert_int_equal(open_err(directory, &detail), BD_ERR_OK);
 }
 
 int main(void)

@@ -23,13 +23,13 @@ static struct file_bytes logged;
 static int set_up(void **state)
 {
     struct bd_journal *journal;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     (void)state;
     bd_log_setup(BD_LOG_ERROR, false);
     kit_make_directory(directory);
     story_make(&story);
-    if (bd_journal_open(directory, &journal, &fault)) fail_msg("%s", fault.message);
-    assert_int_equal(story_write(&story, journal, &fault), BD_ERR_OK);
+    if (bd_journal_open(directory, &journal, &detail)) fail_msg("%s", detail.message);
+    assert_int_equal(story_write(&story, journal, &detail), BD_ERR_OK);
     logged = file_read(directory, BD_JOURNAL_FILE);
     whole_log = file_read(directory, BD_JOURNAL_FILE "-wal");
     assert_true(whole_log.size > 100000);
@@ -54,23 +54,23 @@ enum outcome { SERVED_WHOLE, SERVED_LESS, REFUSED };
 
 static bool commits(struct bd_journal *journal)
 {
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     struct kit_loaded loaded;
-    if (kit_load(journal, "a", 0, &loaded, &fault)) return false;
-    if (bd_journal_cut(journal, "a", loaded.revision, &fault)) return false;
+    if (kit_load(journal, "a", 0, &loaded, &detail)) return false;
+    if (bd_journal_cut(journal, "a", loaded.revision, &detail)) return false;
     struct kit_edit next;
     kit_make_edit(&next, loaded.revision + 1, loaded.state, 99);
-    return kit_commit(journal, "a", &next, &fault) == BD_ERR_OK;
+    return kit_commit(journal, "a", &next, &detail) == BD_ERR_OK;
 }
 
 // Damage where a start does not look is met by a commit: that one fails, and a start mends it.
 static void expect_mended(struct bd_journal **journal, const char *what, size_t at)
 {
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     char why[256];
     bd_journal_close(journal);
-    if (bd_journal_open(directory, journal, &fault))
-        fail_msg("%s %zu: %s", what, at, fault.message);
+    if (bd_journal_open(directory, journal, &detail))
+        fail_msg("%s %zu: %s", what, at, detail.message);
     if (!story_is_true(&story, *journal, why, sizeof why)) fail_msg("%s %zu: %s", what, at, why);
     if (!commits(*journal)) fail_msg("%s %zu: no commit", what, at);
 }
@@ -79,12 +79,12 @@ static void expect_mended(struct bd_journal **journal, const char *what, size_t 
 static enum outcome try_it(const char *what, size_t at)
 {
     struct bd_journal *journal;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     char why[256];
     struct file_bytes before = file_read(directory, BD_JOURNAL_FILE);
-    enum bd_err err = bd_journal_open(directory, &journal, &fault);
-    if (err && (strcmp(fault.field, "data") != 0 || !strstr(fault.message, BD_JOURNAL_FILE)))
-        fail_msg("%s %zu: %s", what, at, fault.message);
+    enum bd_err err = bd_journal_open(directory, &journal, &detail);
+    if (err && (strcmp(detail.field, "data") != 0 || !strstr(detail.message, BD_JOURNAL_FILE)))
+        fail_msg("%s %zu: %s", what, at, detail.message);
     if (err) {
         struct file_bytes after = file_read(directory, BD_JOURNAL_FILE);
         assert_int_equal(after.size, before.size);
@@ -96,7 +96,7 @@ static enum outcome try_it(const char *what, size_t at)
     if (!story_is_true(&story, journal, why, sizeof why)) fail_msg("%s %zu: %s", what, at, why);
     bool is_whole = story_is_whole(&story, journal, why, sizeof why);
     struct bd_journal_stats stats;
-    assert_int_equal(bd_journal_get_stats(journal, &stats, &fault), BD_ERR_OK);
+    assert_int_equal(bd_journal_get_stats(journal, &stats, &detail), BD_ERR_OK);
     if (stats.scene_count == 2 && !commits(journal)) expect_mended(&journal, what, at);
     bd_journal_close(&journal);
     return is_whole ? SERVED_WHOLE : SERVED_LESS;
@@ -194,16 +194,16 @@ static void spoil(const void *data, size_t size)
 static struct bd_journal *open_journal(void)
 {
     struct bd_journal *journal;
-    struct bd_fault fault = {0};
-    if (bd_journal_open(directory, &journal, &fault)) fail_msg("%s", fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_journal_open(directory, &journal, &detail)) fail_msg("%s", detail.message);
     return journal;
 }
 
 static void expect_revision(struct bd_journal *journal, uint64_t expected)
 {
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     struct kit_loaded loaded;
-    assert_int_equal(kit_load(journal, "a", 0, &loaded, &fault), BD_ERR_OK);
+    assert_int_equal(kit_load(journal, "a", 0, &loaded, &detail), BD_ERR_OK);
     assert_int_equal(loaded.revision, expected);
     assert_true(loaded.state == story.a[expected].state);
 }
@@ -212,29 +212,29 @@ static void expect_revision(struct bd_journal *journal, uint64_t expected)
 static void damaged_content_ends_a_scene_before_it(void **state)
 {
     (void)state;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     struct bd_journal_stats stats;
     put_files(&whole, whole.size, NULL, 0);
     spoil(story.content[1].bytes, 500);
     struct bd_journal *journal = open_journal();
     expect_revision(journal, STORY_REVISIONS); // nobody has read it yet
-    assert_int_equal(kit_read(journal, &story.content[1], &fault), BD_ERR_NOT_FOUND);
-    assert_non_null(strstr(fault.message, "is damaged"));
+    assert_int_equal(kit_read(journal, &story.content[1], &detail), BD_ERR_NOT_FOUND);
+    assert_non_null(strstr(detail.message, "is damaged"));
     assert_false(kit_has(journal, &story.content[1]));
     expect_revision(journal, 6);
     // Put again, it is whole again.
-    assert_int_equal(kit_put(journal, &story.content[1].content, 1, &fault), BD_ERR_OK);
-    assert_int_equal(kit_read(journal, &story.content[1], &fault), BD_ERR_OK);
+    assert_int_equal(kit_put(journal, &story.content[1].content, 1, &detail), BD_ERR_OK);
+    assert_int_equal(kit_read(journal, &story.content[1], &detail), BD_ERR_OK);
     expect_revision(journal, STORY_REVISIONS);
     bd_journal_close(&journal);
 
     spoil(story.content[1].bytes, 500);
     journal = open_journal();
-    assert_int_equal(kit_read(journal, &story.content[1], &fault), BD_ERR_NOT_FOUND);
-    assert_int_equal(bd_journal_cut(journal, "a", 6, &fault), BD_ERR_OK);
-    assert_int_equal(kit_commit(journal, "a", &story.a[8], &fault), BD_ERR_CONFLICT);
+    assert_int_equal(kit_read(journal, &story.content[1], &detail), BD_ERR_NOT_FOUND);
+    assert_int_equal(bd_journal_cut(journal, "a", 6, &detail), BD_ERR_OK);
+    assert_int_equal(kit_commit(journal, "a", &story.a[8], &detail), BD_ERR_CONFLICT);
     assert_true(commits(journal));
-    assert_int_equal(bd_journal_get_stats(journal, &stats, &fault), BD_ERR_OK);
+    assert_int_equal(bd_journal_get_stats(journal, &stats, &detail), BD_ERR_OK);
     assert_int_equal(stats.edit_count, 7 + STORY_REVISIONS / 2);
     bd_journal_close(&journal);
 }
@@ -260,16 +260,16 @@ static void a_damaged_edit_ends_a_scene_before_it(void **state)
 static void a_damaged_past_costs_only_the_past(void **state)
 {
     (void)state;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     struct bd_journal_edit edit;
     struct kit_loaded loaded;
     put_files(&whole, whole.size, NULL, 0);
     spoil(story.a[3].forward, 24);
     struct bd_journal *journal = open_journal();
     expect_revision(journal, STORY_REVISIONS);
-    assert_int_equal(bd_journal_get_edit(journal, "a", 3, &edit, &fault), BD_ERR_IO);
-    assert_int_equal(kit_load(journal, "a", 4, &loaded, &fault), BD_ERR_NOT_FOUND);
-    assert_int_equal(kit_load(journal, "a", 2, &loaded, &fault), BD_ERR_OK);
+    assert_int_equal(bd_journal_get_edit(journal, "a", 3, &edit, &detail), BD_ERR_IO);
+    assert_int_equal(kit_load(journal, "a", 4, &loaded, &detail), BD_ERR_NOT_FOUND);
+    assert_int_equal(kit_load(journal, "a", 2, &loaded, &detail), BD_ERR_OK);
     bd_journal_close(&journal);
     assert_false(file_exists(directory, BD_JOURNAL_FILE ".damaged"));
 }
@@ -289,14 +289,14 @@ static void a_damaged_snapshot_costs_nothing(void **state)
 
 static void add_scene(struct bd_journal *journal, const char *id, struct kit_edit edits[3])
 {
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     struct kit_snapshot snapshot;
     kit_make_edit(&edits[1], 1, 0, 3);
     kit_make_edit(&edits[2], 2, edits[1].state, 3);
     kit_make_snapshot(&snapshot, 1, edits[1].state);
-    if (kit_add(journal, id, &edits[1], &snapshot, &fault) ||
-        kit_commit(journal, id, &edits[2], &fault))
-        fail_msg("%s", fault.message);
+    if (kit_add(journal, id, &edits[1], &snapshot, &detail) ||
+        kit_commit(journal, id, &edits[2], &detail))
+        fail_msg("%s", detail.message);
 }
 
 // Its records are still there, and the file that is built anew may give its number to another.
@@ -304,18 +304,18 @@ static void what_a_removed_scene_left_is_nobodys(void **state)
 {
     (void)state;
     const struct bd_journal_record removal = {.kind = BD_JOURNAL_REMOVE_SCENE, .scene = "c"};
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     struct bd_journal_stats stats;
     struct kit_edit edits[3];
     put_files(&whole, whole.size, NULL, 0);
     struct bd_journal *journal = open_journal();
     add_scene(journal, "c", edits);
-    assert_int_equal(bd_journal_commit(journal, &removal, 1, NULL, &fault), BD_ERR_OK);
+    assert_int_equal(bd_journal_commit(journal, &removal, 1, NULL, &detail), BD_ERR_OK);
     bd_journal_close(&journal);
     spoil(story.a[10].forward, 24);
     journal = open_journal();
     expect_revision(journal, 9);
-    assert_int_equal(bd_journal_get_stats(journal, &stats, &fault), BD_ERR_OK);
+    assert_int_equal(bd_journal_get_stats(journal, &stats, &detail), BD_ERR_OK);
     assert_int_equal(stats.edit_count, 9 + STORY_REVISIONS / 2);
     add_scene(journal, "d", edits);
     bd_journal_close(&journal);
@@ -326,7 +326,7 @@ static void what_a_removed_scene_left_is_nobodys(void **state)
 static void content_without_all_of_its_parts_is_missing(void **state)
 {
     (void)state;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     put_files(&whole, whole.size, NULL, 0);
     struct bd_journal *journal = open_journal();
     assert_int_equal(sqlite3_exec(journal->db,
@@ -340,18 +340,18 @@ static void content_without_all_of_its_parts_is_missing(void **state)
     assert_false(kit_has(journal, &story.content[1]));
     assert_true(kit_has(journal, &story.content[0]) && kit_has(journal, &story.content[2]));
     expect_revision(journal, 6);
-    assert_int_equal(kit_put(journal, &story.content[1].content, 1, &fault), BD_ERR_OK);
+    assert_int_equal(kit_put(journal, &story.content[1].content, 1, &detail), BD_ERR_OK);
     expect_revision(journal, 9);
     bd_journal_close(&journal);
 }
 
 // True if a call failed. The file that is damaged is mended by this start or by the next one.
-static bool mend_with_trouble(enum disk_fault fault, uint64_t at, uint64_t count)
+static bool mend_with_trouble(enum disk_detail detail, uint64_t at, uint64_t count)
 {
     struct bd_journal *journal;
-    struct bd_fault why = {0};
+    struct bd_err_detail why = {0};
     char what[256];
-    failing_at(fault, at, count);
+    failing_at(detail, at, count);
     enum bd_err err = bd_journal_open(directory, &journal, &why);
     bd_journal_close(&journal);
     bool has_failed = failing_failed_count() > 0;
@@ -373,7 +373,7 @@ static void a_file_is_built_anew_whole_or_not_at_all(void **state)
 {
     (void)state;
     static const struct {
-        enum disk_fault fault;
+        enum disk_detail detail;
         uint64_t count;
     } troubles[] = {{DISK_FAULT_IO, 1}, {DISK_FAULT_IO, 0}, {DISK_FAULT_FULL, 0}};
     put_files(&whole, whole.size, NULL, 0);
@@ -382,7 +382,7 @@ static void a_file_is_built_anew_whole_or_not_at_all(void **state)
     for (size_t i = 0; i < sizeof troubles / sizeof *troubles; i++) {
         uint64_t at = 0;
         do put_files(&spoiled, spoiled.size, NULL, 0);
-        while (mend_with_trouble(troubles[i].fault, ++at, troubles[i].count));
+        while (mend_with_trouble(troubles[i].detail, ++at, troubles[i].count));
         print_message("mended with trouble at each of %zu calls\n", (size_t)at);
         assert_true(at > 50);
     }

@@ -20,7 +20,7 @@
 
 struct trouble {
     const char *name;
-    enum disk_fault fault;
+    enum disk_detail detail;
     uint64_t count; // calls that fail; 0: all, until somebody mends it
     bool then_power_cut;
     enum bd_err expected;
@@ -48,23 +48,23 @@ static bool wrong(struct run *run, const char *what, const char *detail)
 }
 
 // One line, of the right kind, that names the file.
-static bool is_clear(struct run *run, enum bd_err err, const struct bd_fault *fault)
+static bool is_clear(struct run *run, enum bd_err err, const struct bd_err_detail *detail)
 {
-    if (err != run->trouble->expected || fault->err != err)
-        return wrong(run, bd_err_name(err), fault->message);
-    if (strcmp(fault->field, "data") != 0) return wrong(run, "field", fault->field);
+    if (err != run->trouble->expected || detail->err != err)
+        return wrong(run, bd_err_name(err), detail->message);
+    if (strcmp(detail->field, "data") != 0) return wrong(run, "field", detail->field);
     // Nothing was damaged: nothing may be taken for it, or a start would mend what is whole.
-    if (strstr(fault->message, "damaged") || !strstr(fault->message, BD_JOURNAL_FILE))
-        return wrong(run, "message", fault->message);
+    if (strstr(detail->message, "damaged") || !strstr(detail->message, BD_JOURNAL_FILE))
+        return wrong(run, "message", detail->message);
     return true;
 }
 
 static bool open_now(struct run *run)
 {
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     if (run->session.journal) return true;
-    if (bd_journal_open(DISK_DIRECTORY, &run->session.journal, &fault))
-        return wrong(run, "it does not open", fault.message);
+    if (bd_journal_open(DISK_DIRECTORY, &run->session.journal, &detail))
+        return wrong(run, "it does not open", detail.message);
     return true;
 }
 
@@ -94,9 +94,10 @@ static bool cut_and_look(struct run *run)
 static bool go_on(struct run *run, bool ends_in_order)
 {
     struct session *session = &run->session;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     for (int i = 0; i < STEPS_AFTER; i++)
-        if (session_step(session, &fault)) return wrong(run, "the next step fails", fault.message);
+        if (session_step(session, &detail))
+            return wrong(run, "the next step fails", detail.message);
     if (!holds(run)) return false;
     if (ends_in_order) bd_journal_close(&session->journal);
     if (!open_now(run) || (ends_in_order && !holds(run))) return false;
@@ -104,14 +105,14 @@ static bool go_on(struct run *run, bool ends_in_order)
     return cut_and_look(run);
 }
 
-static enum bd_err run_session(struct session *session, struct bd_fault *fault)
+static enum bd_err run_session(struct session *session, struct bd_err_detail *detail)
 {
-    enum bd_err err = bd_journal_open(DISK_DIRECTORY, &session->journal, fault);
+    enum bd_err err = bd_journal_open(DISK_DIRECTORY, &session->journal, detail);
     for (int i = 0; i < STEPS && !err; i++) {
-        err = session_step(session, fault);
+        err = session_step(session, detail);
         if (i != STEPS / 2 || err) continue;
         bd_journal_close(&session->journal);
-        err = bd_journal_open(DISK_DIRECTORY, &session->journal, fault);
+        err = bd_journal_open(DISK_DIRECTORY, &session->journal, detail);
     }
     return err;
 }
@@ -119,14 +120,14 @@ static enum bd_err run_session(struct session *session, struct bd_fault *fault)
 // `at` 0: without any trouble.
 static bool run_once(struct run *run, uint64_t seed, uint64_t at)
 {
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     session_begin(&run->session, seed);
     disk_format(seed + 1000 * at);
-    disk_fail_at(at ? run->trouble->fault : DISK_FAULT_NONE, at, run->trouble->count);
-    enum bd_err err = run_session(&run->session, &fault);
+    disk_fail_at(at ? run->trouble->detail : DISK_FAULT_NONE, at, run->trouble->count);
+    enum bd_err err = run_session(&run->session, &detail);
     bool has_failed = disk_failed_count() > 0;
-    if (err && !has_failed) return wrong(run, "without trouble", fault.message);
-    if (err && !is_clear(run, err, &fault)) return false;
+    if (err && !has_failed) return wrong(run, "without trouble", detail.message);
+    if (err && !is_clear(run, err, &detail)) return false;
     if (has_failed && run->trouble->then_power_cut) {
         // The fault goes with the power.
         disk_fail_at(DISK_FAULT_NONE, 0, 0);

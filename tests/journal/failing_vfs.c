@@ -12,13 +12,13 @@ struct failing_file {
 
 static struct {
     sqlite3_vfs *own;
-    enum disk_fault fault;
+    enum disk_detail detail;
     uint64_t call_count, failed_count, fail_at, fail_count;
 } failing;
 
-void failing_at(enum disk_fault fault, uint64_t at, uint64_t count)
+void failing_at(enum disk_detail detail, uint64_t at, uint64_t count)
 {
-    failing.fault = fault;
+    failing.detail = detail;
     failing.call_count = failing.failed_count = 0;
     failing.fail_at = at;
     failing.fail_count = count;
@@ -38,11 +38,11 @@ uint64_t failing_failed_count(void)
 static int count_call(bool is_write, int io)
 {
     failing.call_count++;
-    if (failing.fault == DISK_FAULT_NONE || failing.call_count < failing.fail_at) return SQLITE_OK;
-    if (failing.fault == DISK_FAULT_FULL && !is_write) return SQLITE_OK;
+    if (failing.detail == DISK_FAULT_NONE || failing.call_count < failing.fail_at) return SQLITE_OK;
+    if (failing.detail == DISK_FAULT_FULL && !is_write) return SQLITE_OK;
     if (failing.fail_count && failing.failed_count >= failing.fail_count) return SQLITE_OK;
     failing.failed_count++;
-    return failing.fault == DISK_FAULT_FULL ? SQLITE_FULL : io;
+    return failing.detail == DISK_FAULT_FULL ? SQLITE_FULL : io;
 }
 
 // --- files

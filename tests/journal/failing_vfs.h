@@ -14,7 +14,7 @@
 void failing_register(void);
 
 // As disk_fail_at, disk_call_count and disk_failed_count.
-void failing_at(enum disk_fault fault, uint64_t at, uint64_t count);
+void failing_at(enum disk_detail detail, uint64_t at, uint64_t count);
 uint64_t failing_call_count(void);
 uint64_t failing_failed_count(void);
 

@@ -41,8 +41,8 @@ static void copy_golden(const char *name)
 static struct bd_journal *open_journal(void)
 {
     struct bd_journal *journal;
-    struct bd_fault fault = {0};
-    if (bd_journal_open(directory, &journal, &fault)) fail_msg("%s", fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_journal_open(directory, &journal, &detail)) fail_msg("%s", detail.message);
     return journal;
 }
 
@@ -60,7 +60,7 @@ static void golden_journals_are_read(void **state)
     (void)state;
     for (int version = 1; version <= BD_JOURNAL_FORMAT; version++) {
         char name[64], why[256];
-        struct bd_fault fault = {0};
+        struct bd_err_detail detail = {0};
         snprintf(name, sizeof name, "journal-%d.sqlite", version);
         copy_golden(name);
         write_authors(version);
@@ -73,8 +73,8 @@ static void golden_journals_are_read(void **state)
         struct bd_journal *journal = open_journal();
         struct kit_loaded loaded;
         const struct kit_edit *next = &story.a[STORY_REVISIONS + 1];
-        assert_int_equal(kit_commit(journal, "a", next, &fault), BD_ERR_OK);
-        assert_int_equal(kit_load(journal, "a", 0, &loaded, &fault), BD_ERR_OK);
+        assert_int_equal(kit_commit(journal, "a", next, &detail), BD_ERR_OK);
+        assert_int_equal(kit_load(journal, "a", 0, &loaded, &detail), BD_ERR_OK);
         assert_true(loaded.state == next->state);
         bd_journal_close(&journal);
     }
@@ -93,12 +93,12 @@ static void change(const char *sql)
 static void expect_refused(enum bd_err expected, const char *words)
 {
     struct bd_journal *journal;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     struct file_bytes before = file_read(directory, BD_JOURNAL_FILE);
-    assert_int_equal(bd_journal_open(directory, &journal, &fault), expected);
+    assert_int_equal(bd_journal_open(directory, &journal, &detail), expected);
     assert_null(journal);
-    assert_string_equal(fault.field, "data");
-    if (!strstr(fault.message, words)) fail_msg("%s", fault.message);
+    assert_string_equal(detail.field, "data");
+    if (!strstr(detail.message, words)) fail_msg("%s", detail.message);
     struct file_bytes after = file_read(directory, BD_JOURNAL_FILE);
     assert_int_equal(before.size, after.size);
     assert_memory_equal(before.data, after.data, after.size);
@@ -165,14 +165,14 @@ static void older_ones_are_brought_up(void **state)
 // What no start can read of a file of format 1 is left behind, and the rest is built anew.
 static void an_older_one_is_mended(void **state)
 {
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     struct bd_journal_edit edit;
     (void)state;
     copy_golden("journal-1.sqlite");
     change("UPDATE edits SET message='forged' WHERE revision=3");
     file_write(directory, BD_JOURNAL_FILE ".suspect", "", 0);
     struct bd_journal *journal = open_journal();
-    assert_int_equal(bd_journal_get_edit(journal, "a", 2, &edit, &fault), BD_ERR_OK);
+    assert_int_equal(bd_journal_get_edit(journal, "a", 2, &edit, &detail), BD_ERR_OK);
     assert_string_equal(edit.message, story.a[2].message);
     assert_string_equal(edit.author, "");
     bd_journal_close(&journal);

@@ -30,7 +30,7 @@ static void make_content(struct kit_content *out, uint64_t revision)
 }
 
 static enum bd_err commit_batch(struct bd_journal *journal, uint64_t *revision, uint64_t *state,
-                                struct bd_fault *fault)
+                                struct bd_err_detail *detail)
 {
     struct kit_edit edits[3];
     struct bd_journal_record records[3];
@@ -38,7 +38,7 @@ static enum bd_err commit_batch(struct bd_journal *journal, uint64_t *revision, 
     uint32_t count = 0;
     uint64_t end = batch_end(*revision);
     make_content(&content, end);
-    enum bd_err err = kit_put(journal, &content.content, 1, fault);
+    enum bd_err err = kit_put(journal, &content.content, 1, detail);
     for (; *revision < end; count++) {
         kit_make_edit(&edits[count], ++*revision, *state, 7);
         edits[count].edit.forward_content =
@@ -47,20 +47,20 @@ static enum bd_err commit_batch(struct bd_journal *journal, uint64_t *revision, 
         records[count] = (struct bd_journal_record){
             .kind = BD_JOURNAL_EDIT, .scene = "a", .edit = &edits[count].edit};
     }
-    if (!err) err = bd_journal_commit(journal, records, count, NULL, fault);
+    if (!err) err = bd_journal_commit(journal, records, count, NULL, detail);
     free(content.bytes);
     return err;
 }
 
 static enum bd_err tidy(struct bd_journal *journal, uint64_t revision, uint64_t state,
-                        struct bd_fault *fault)
+                        struct bd_err_detail *detail)
 {
     struct kit_snapshot snapshot;
     bool is_done;
     kit_make_snapshot(&snapshot, revision, state);
-    enum bd_err err = bd_journal_write_snapshot(journal, "a", &snapshot.snapshot, fault);
-    if (!err) err = bd_journal_compact(journal, "a", KEEP_EDITS, &is_done, fault);
-    for (int i = 0; i < 20 && !err; i++) err = bd_journal_collect(journal, &is_done, fault);
+    enum bd_err err = bd_journal_write_snapshot(journal, "a", &snapshot.snapshot, detail);
+    if (!err) err = bd_journal_compact(journal, "a", KEEP_EDITS, &is_done, detail);
+    for (int i = 0; i < 20 && !err; i++) err = bd_journal_collect(journal, &is_done, detail);
     return err;
 }
 
@@ -69,14 +69,14 @@ __attribute__((noreturn)) static void commit_for_ever(const char *directory, uin
                                                       uint64_t state, int out)
 {
     struct bd_journal *journal;
-    struct bd_fault fault = {0};
-    enum bd_err err = bd_journal_open(directory, &journal, &fault);
+    struct bd_err_detail detail = {0};
+    enum bd_err err = bd_journal_open(directory, &journal, &detail);
     for (int i = 1; !err; i++) {
-        err = commit_batch(journal, &revision, &state, &fault);
+        err = commit_batch(journal, &revision, &state, &detail);
         if (!err && write(out, &revision, sizeof revision) != sizeof revision) break;
-        if (!err && i % 16 == 0) err = tidy(journal, revision, state, &fault);
+        if (!err && i % 16 == 0) err = tidy(journal, revision, state, &detail);
     }
-    fprintf(stderr, "the process that commits: %s\n", fault.message);
+    fprintf(stderr, "the process that commits: %s\n", detail.message);
     _exit(1);
 }
 
@@ -108,12 +108,13 @@ static uint64_t run_and_kill(const char *directory, uint64_t revision, uint64_t 
     return WIFSIGNALED(status) ? acknowledged : 0;
 }
 
-static bool check_content(struct bd_journal *journal, uint64_t revision, struct bd_fault *fault)
+static bool check_content(struct bd_journal *journal, uint64_t revision,
+                          struct bd_err_detail *detail)
 {
     struct kit_content content;
     if (revision == 1) return true;
     make_content(&content, revision);
-    enum bd_err err = kit_read(journal, &content, fault);
+    enum bd_err err = kit_read(journal, &content, detail);
     free(content.bytes);
     return err == BD_ERR_OK;
 }
@@ -122,11 +123,11 @@ static bool check_content(struct bd_journal *journal, uint64_t revision, struct 
 static bool check(const char *directory, uint64_t acknowledged, uint64_t *revision, uint64_t *state)
 {
     struct bd_journal *journal;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     struct kit_loaded loaded = {0};
-    enum bd_err err = bd_journal_open(directory, &journal, &fault);
-    if (!err) err = kit_load(journal, "a", 0, &loaded, &fault);
-    bool is_good = !err && check_content(journal, loaded.revision, &fault);
+    enum bd_err err = bd_journal_open(directory, &journal, &detail);
+    if (!err) err = kit_load(journal, "a", 0, &loaded, &detail);
+    bool is_good = !err && check_content(journal, loaded.revision, &detail);
     bd_journal_close(&journal);
     uint64_t limit = batch_end(acknowledged);
     while (*revision < loaded.revision) {
@@ -143,21 +144,21 @@ static bool check(const char *directory, uint64_t acknowledged, uint64_t *revisi
         return true;
     fprintf(stderr, "revision %llu, acknowledged %llu, limit %llu: %s\n",
             (unsigned long long)loaded.revision, (unsigned long long)acknowledged,
-            (unsigned long long)limit, fault.message);
+            (unsigned long long)limit, detail.message);
     return false;
 }
 
 static bool begin(const char *directory, uint64_t *state)
 {
     struct bd_journal *journal;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     struct kit_edit first;
     struct kit_snapshot snapshot;
     kit_make_edit(&first, 1, 0, 7);
     kit_make_snapshot(&snapshot, 1, first.state);
     *state = first.state;
-    enum bd_err err = bd_journal_open(directory, &journal, &fault);
-    if (!err) err = kit_add(journal, "a", &first, &snapshot, &fault);
+    enum bd_err err = bd_journal_open(directory, &journal, &detail);
+    if (!err) err = kit_add(journal, "a", &first, &snapshot, &detail);
     bd_journal_close(&journal);
     return err == BD_ERR_OK;
 }

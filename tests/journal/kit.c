@@ -128,11 +128,11 @@ void kit_make_content(struct kit_content *out, size_t size, uint64_t seed)
 }
 
 enum bd_err kit_put(struct bd_journal *journal, const struct bd_journal_content *content,
-                    uint32_t count, struct bd_fault *fault)
+                    uint32_t count, struct bd_err_detail *detail)
 {
     struct bd_journal_put put = {.content = content, .count = count};
     enum bd_err err = BD_ERR_OK;
-    while (!err && put.next < put.count) err = bd_journal_put_some(journal, &put, fault);
+    while (!err && put.next < put.count) err = bd_journal_put_some(journal, &put, detail);
     bd_journal_put_end(journal, &put);
     return err;
 }
@@ -146,12 +146,12 @@ bool kit_has(struct bd_journal *journal, const struct kit_content *content)
 }
 
 enum bd_err kit_read(struct bd_journal *journal, const struct kit_content *content,
-                     struct bd_fault *fault)
+                     struct bd_err_detail *detail)
 {
     void *bytes;
     size_t size;
     enum bd_err err =
-        bd_journal_read_content(journal, content->content.sha256, &bytes, &size, fault);
+        bd_journal_read_content(journal, content->content.sha256, &bytes, &size, detail);
     if (err) return err;
     bool is_same = size == content->content.bytes.size && memcmp(bytes, content->bytes, size) == 0;
     free(bytes);
@@ -159,38 +159,39 @@ enum bd_err kit_read(struct bd_journal *journal, const struct kit_content *conte
 }
 
 enum bd_err kit_add(struct bd_journal *journal, const char *scene, const struct kit_edit *first,
-                    const struct kit_snapshot *snapshot, struct bd_fault *fault)
+                    const struct kit_snapshot *snapshot, struct bd_err_detail *detail)
 {
     struct bd_journal_record record = {.kind = BD_JOURNAL_ADD_SCENE,
                                        .scene = scene,
                                        .name = "box",
                                        .edit = &first->edit,
                                        .snapshot = &snapshot->snapshot};
-    return bd_journal_commit(journal, &record, 1, NULL, fault);
+    return bd_journal_commit(journal, &record, 1, NULL, detail);
 }
 
 enum bd_err kit_commit(struct bd_journal *journal, const char *scene, const struct kit_edit *edit,
-                       struct bd_fault *fault)
+                       struct bd_err_detail *detail)
 {
     struct bd_journal_record record = {
         .kind = BD_JOURNAL_EDIT, .scene = scene, .edit = &edit->edit};
-    return bd_journal_commit(journal, &record, 1, NULL, fault);
+    return bd_journal_commit(journal, &record, 1, NULL, detail);
 }
 
 static enum bd_err take_snapshot(void *user, const struct bd_journal_snapshot *snapshot,
-                                 struct bd_fault *fault)
+                                 struct bd_err_detail *detail)
 {
     struct kit_loaded *loaded = user;
     if (snapshot->index.size < sizeof loaded->state)
-        return bd_fault_set(fault, BD_ERR_INTERNAL, "", "an index of %zu bytes",
-                            snapshot->index.size);
+        return bd_err_set(detail, BD_ERR_INTERNAL, "", "an index of %zu bytes",
+                          snapshot->index.size);
     memcpy(&loaded->state, snapshot->index.data, sizeof loaded->state);
     loaded->snapshot_revision = snapshot->revision;
     loaded->edit_count = 0;
     return BD_ERR_OK;
 }
 
-static enum bd_err take_edit(void *user, const struct bd_journal_edit *edit, struct bd_fault *fault)
+static enum bd_err take_edit(void *user, const struct bd_journal_edit *edit,
+                             struct bd_err_detail *detail)
 {
     struct kit_loaded *loaded = user;
     uint8_t sha256[BD_SHA256_BYTES];
@@ -198,14 +199,14 @@ static enum bd_err take_edit(void *user, const struct bd_journal_edit *edit, str
     loaded->edit_count++;
     hash_of_state(loaded->state, sha256);
     if (memcmp(sha256, edit->snapshot_sha256, sizeof sha256) == 0) return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_INTERNAL, "", "revision %llu replays to another state",
-                        (unsigned long long)edit->revision);
+    return bd_err_set(detail, BD_ERR_INTERNAL, "", "revision %llu replays to another state",
+                      (unsigned long long)edit->revision);
 }
 
 enum bd_err kit_load(struct bd_journal *journal, const char *scene, uint64_t revision,
-                     struct kit_loaded *out, struct bd_fault *fault)
+                     struct kit_loaded *out, struct bd_err_detail *detail)
 {
     *out = (struct kit_loaded){0};
     struct bd_journal_visitor visitor = {take_snapshot, take_edit, out};
-    return bd_journal_load(journal, scene, revision, &visitor, &out->revision, fault);
+    return bd_journal_load(journal, scene, revision, &visitor, &out->revision, detail);
 }

@@ -40,23 +40,23 @@ struct kit_content {
 };
 void kit_make_content(struct kit_content *out, size_t size, uint64_t seed);
 enum bd_err kit_put(struct bd_journal *journal, const struct bd_journal_content *content,
-                    uint32_t count, struct bd_fault *fault);
+                    uint32_t count, struct bd_err_detail *detail);
 bool kit_has(struct bd_journal *journal, const struct kit_content *content);
 // BD_ERR_DIFFERS if what is read is not what was made.
 enum bd_err kit_read(struct bd_journal *journal, const struct kit_content *content,
-                     struct bd_fault *fault);
+                     struct bd_err_detail *detail);
 
 // One record alone.
 enum bd_err kit_add(struct bd_journal *journal, const char *scene, const struct kit_edit *first,
-                    const struct kit_snapshot *snapshot, struct bd_fault *fault);
+                    const struct kit_snapshot *snapshot, struct bd_err_detail *detail);
 enum bd_err kit_commit(struct bd_journal *journal, const char *scene, const struct kit_edit *edit,
-                       struct bd_fault *fault);
+                       struct bd_err_detail *detail);
 
 struct kit_loaded {
     uint64_t revision, state, snapshot_revision;
     uint32_t edit_count;
 };
 enum bd_err kit_load(struct bd_journal *journal, const char *scene, uint64_t revision,
-                     struct kit_loaded *out, struct bd_fault *fault);
+                     struct kit_loaded *out, struct bd_err_detail *detail);
 
 #endif

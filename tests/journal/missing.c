@@ -51,20 +51,20 @@ static void put(const struct dump *what)
 static struct bd_journal *open_journal(void)
 {
     struct bd_journal *journal;
-    struct bd_fault fault = {0};
-    if (bd_journal_open(directory, &journal, &fault)) fail_msg("%s", fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_journal_open(directory, &journal, &detail)) fail_msg("%s", detail.message);
     return journal;
 }
 
 static void commit_to(struct bd_journal *journal, uint64_t from, uint64_t to)
 {
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     struct kit_snapshot snapshot;
     for (uint64_t r = from; r <= to; r++) {
         kit_make_snapshot(&snapshot, r, edits[r].state);
-        if (r == 1 ? kit_add(journal, "a", &edits[r], &snapshot, &fault)
-                   : kit_commit(journal, "a", &edits[r], &fault))
-            fail_msg("%s", fault.message);
+        if (r == 1 ? kit_add(journal, "a", &edits[r], &snapshot, &detail)
+                   : kit_commit(journal, "a", &edits[r], &detail))
+            fail_msg("%s", detail.message);
     }
 }
 
@@ -114,9 +114,9 @@ static int tear_down(void **state)
 
 static uint64_t newest(struct bd_journal *journal)
 {
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     struct kit_loaded loaded;
-    if (kit_load(journal, "a", 0, &loaded, &fault)) return 0;
+    if (kit_load(journal, "a", 0, &loaded, &detail)) return 0;
     return loaded.state == edits[loaded.revision].state ? loaded.revision : UINT64_MAX;
 }
 
@@ -145,21 +145,21 @@ static void expect_same(const struct file_bytes *was, const char *name)
 static void expect_refused(const struct dump *what, const char *words, uint64_t revision)
 {
     struct bd_journal *journal;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     put(what);
     for (int i = 0; i < 2; i++) {
-        enum bd_err err = bd_journal_open(directory, &journal, &fault);
+        enum bd_err err = bd_journal_open(directory, &journal, &detail);
         if (!err) fail_msg("taken at revision %d: %s", (int)newest(journal), words);
         assert_int_equal(err, BD_ERR_IO);
         assert_null(journal);
-        assert_string_equal(fault.field, "data");
-        if (!strstr(fault.message, words) || !strstr(fault.message, "--accept-journal"))
-            fail_msg("%s", fault.message);
+        assert_string_equal(detail.field, "data");
+        if (!strstr(detail.message, words) || !strstr(detail.message, "--accept-journal"))
+            fail_msg("%s", detail.message);
         expect_same(&what->file, FILE_NAME);
         expect_same(&what->log, LOG_NAME);
         expect_same(&what->identity, BD_IDENTITY_FILE);
     }
-    if (bd_journal_open_as_it_is(directory, &journal, &fault)) fail_msg("%s", fault.message);
+    if (bd_journal_open_as_it_is(directory, &journal, &detail)) fail_msg("%s", detail.message);
     assert_int_equal(newest(journal), revision);
     commit_to(journal, revision + 1, revision + 1);
     bd_journal_close(&journal);
@@ -214,8 +214,8 @@ static void a_log_that_is_cut_short_or_damaged(void **state)
     what.log.size = middle.log.size / 2;
     put(&what);
     struct bd_journal *journal;
-    struct bd_fault fault = {0};
-    assert_int_equal(bd_journal_open(directory, &journal, &fault), BD_ERR_IO);
+    struct bd_err_detail detail = {0};
+    assert_int_equal(bd_journal_open(directory, &journal, &detail), BD_ERR_IO);
     what = killed;
     what.log.data[middle.log.size + 100] ^= 1;
     expect_refused(&what, "the log is damaged", 8);
@@ -237,9 +237,9 @@ static void an_older_file(void **state)
     what.file = early.file;
     put(&what);
     struct bd_journal *journal;
-    struct bd_fault fault = {0};
-    assert_int_equal(bd_journal_open(directory, &journal, &fault), BD_ERR_IO);
-    if (!strstr(fault.message, "is an older copy")) fail_msg("%s", fault.message);
+    struct bd_err_detail detail = {0};
+    assert_int_equal(bd_journal_open(directory, &journal, &detail), BD_ERR_IO);
+    if (!strstr(detail.message, "is an older copy")) fail_msg("%s", detail.message);
 }
 
 static void an_older_log(void **state)
@@ -253,13 +253,13 @@ static void an_older_log(void **state)
     what.log = middle.log;
     put(&what);
     struct bd_journal *journal;
-    struct bd_fault fault = {0};
-    assert_int_equal(bd_journal_open(directory, &journal, &fault), BD_ERR_IO);
+    struct bd_err_detail detail = {0};
+    assert_int_equal(bd_journal_open(directory, &journal, &detail), BD_ERR_IO);
     expect_same(&what.file, FILE_NAME);
     what = killed;
     what.log = early.log;
     put(&what);
-    assert_int_equal(bd_journal_open(directory, &journal, &fault), BD_ERR_IO);
+    assert_int_equal(bd_journal_open(directory, &journal, &detail), BD_ERR_IO);
     expect_same(&what.file, FILE_NAME);
 }
 
@@ -381,13 +381,13 @@ static void what_is_no_file_is_not_waited_for(void **state)
     for (size_t i = 0; i < 2; i++) {
         char path[128];
         struct bd_journal *journal;
-        struct bd_fault fault = {0};
+        struct bd_err_detail detail = {0};
         put(&ended);
         snprintf(path, sizeof path, "%s/%s", directory, names[i]);
         unlink(path);
         assert_int_equal(mkfifo(path, 0600), 0);
-        assert_int_equal(bd_journal_open(directory, &journal, &fault), BD_ERR_IO);
-        assert_string_equal(fault.field, "data");
+        assert_int_equal(bd_journal_open(directory, &journal, &detail), BD_ERR_IO);
+        assert_string_equal(detail.field, "data");
     }
 }
 
@@ -397,12 +397,12 @@ static void a_path_with_two_slashes(void **state)
 {
     (void)state;
     char twice[80];
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     put(&ended);
     snprintf(twice, sizeof twice, "/%s", directory);
     for (int i = 0; i < 2; i++) {
         struct bd_journal *journal;
-        if (bd_journal_open(twice, &journal, &fault)) fail_msg("%s", fault.message);
+        if (bd_journal_open(twice, &journal, &detail)) fail_msg("%s", detail.message);
         bd_journal_close(&journal);
     }
 }
@@ -416,8 +416,8 @@ static void a_suspect_that_is_gone(void **state)
     put(&what);
     file_write(directory, FILE_NAME ".suspect", "", 0);
     struct bd_journal *journal;
-    struct bd_fault fault = {0};
-    if (bd_journal_open_as_it_is(directory, &journal, &fault)) fail_msg("%s", fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_journal_open_as_it_is(directory, &journal, &detail)) fail_msg("%s", detail.message);
     bd_journal_close(&journal);
     snprintf(path, sizeof path, "%s/" FILE_NAME ".suspect", directory);
     assert_int_equal(access(path, F_OK), -1);
@@ -430,7 +430,7 @@ static void files_that_go_under_way(void **state)
     static const char *const names[] = {FILE_NAME, LOG_NAME};
     for (size_t i = 0; i < 2; i++) {
         char path[128], elsewhere[160];
-        struct bd_fault fault = {0};
+        struct bd_err_detail detail = {0};
         put(&ended);
         struct bd_journal *journal = open_journal();
         assert_true(bd_journal_is_in_place(journal));
@@ -439,12 +439,12 @@ static void files_that_go_under_way(void **state)
         assert_int_equal(rename(path, elsewhere), 0);
         file_write(directory, names[i], "not it", 6);
         assert_false(bd_journal_is_in_place(journal));
-        assert_int_equal(kit_commit(journal, "a", &edits[REVISIONS + 1], &fault), BD_ERR_IO);
-        if (!strstr(fault.message, "not where it was")) fail_msg("%s", fault.message);
+        assert_int_equal(kit_commit(journal, "a", &edits[REVISIONS + 1], &detail), BD_ERR_IO);
+        if (!strstr(detail.message, "not where it was")) fail_msg("%s", detail.message);
         assert_int_equal(newest(journal), REVISIONS);
         // Put back, it goes on.
         assert_int_equal(rename(elsewhere, path), 0);
-        assert_int_equal(kit_commit(journal, "a", &edits[REVISIONS + 1], &fault), BD_ERR_OK);
+        assert_int_equal(kit_commit(journal, "a", &edits[REVISIONS + 1], &detail), BD_ERR_OK);
         bd_journal_close(&journal);
     }
 }

@@ -37,20 +37,21 @@ static void set_for_test(struct session *session, bool is_losing)
 }
 
 // Until the power goes; at rest, if it did not go before. BD_ERR_OK then.
-static enum bd_err run_until_cut(struct session *session, bool is_losing, struct bd_fault *fault)
+static enum bd_err run_until_cut(struct session *session, bool is_losing,
+                                 struct bd_err_detail *detail)
 {
     uint64_t at = 1 + kit_random(&session->random) % CHANGES_MAX;
     disk_cut_power_at(at, kit_random(&session->random) % 2);
     session->in_flight = session->kept;
-    enum bd_err err = bd_journal_open(DISK_DIRECTORY, &session->journal, fault);
+    enum bd_err err = bd_journal_open(DISK_DIRECTORY, &session->journal, detail);
     if (err) seen.cuts_at_open++;
     if (!err) set_for_test(session, is_losing);
     for (int i = 0; i < STEPS && !err; i++, seen.steps++) {
-        err = session_step(session, fault);
+        err = session_step(session, detail);
         // Daemons restart between two edits, too.
         if (!err && kit_random(&session->random) % 40 == 0) {
             bd_journal_close(&session->journal);
-            err = bd_journal_open(DISK_DIRECTORY, &session->journal, fault);
+            err = bd_journal_open(DISK_DIRECTORY, &session->journal, detail);
         }
     }
     bool is_cut = !disk_has_power();
@@ -64,9 +65,9 @@ static enum bd_err run_until_cut(struct session *session, bool is_losing, struct
 // What is left must be the one or the other.
 static bool check(struct session *session, char *why)
 {
-    struct bd_fault fault = {0};
-    if (bd_journal_open(DISK_DIRECTORY, &session->journal, &fault)) {
-        snprintf(why, WHY_BYTES, "%.200s", fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_journal_open(DISK_DIRECTORY, &session->journal, &detail)) {
+        snprintf(why, WHY_BYTES, "%.200s", detail.message);
         return false;
     }
     bool holds = session_holds(session->journal, &session->kept, why, WHY_BYTES);
@@ -84,24 +85,24 @@ static bool check(struct session *session, char *why)
 static bool lose_a_file(struct session *session, char *why)
 {
     const char *name = kit_random(&session->random) % 4 ? "-wal" : BD_JOURNAL_FILE;
-    struct bd_fault fault = {0};
-    enum bd_err err = bd_journal_open(DISK_DIRECTORY, &session->journal, &fault);
+    struct bd_err_detail detail = {0};
+    enum bd_err err = bd_journal_open(DISK_DIRECTORY, &session->journal, &detail);
     if (!err) set_for_test(session, false);
     for (uint32_t i = kit_random(&session->random) % STEPS; i > 0 && !err; i--)
-        err = session_step(session, &fault);
+        err = session_step(session, &detail);
     if (!err) disk_cut_power(); // at rest: what is acknowledged then was said to somebody
     bd_journal_close(&session->journal);
     disk_restore_power();
     if (err || !disk_lose_file(name)) return !err;
     seen.files_lost++;
-    err = bd_journal_open(DISK_DIRECTORY, &session->journal, &fault);
+    err = bd_journal_open(DISK_DIRECTORY, &session->journal, &detail);
     if (!err) {
         bd_journal_close(&session->journal);
         return check(session, why);
     }
     seen.refused++;
-    if (err == BD_ERR_IO && strstr(fault.message, "--accept-journal")) return true;
-    snprintf(why, WHY_BYTES, "%.200s", fault.message);
+    if (err == BD_ERR_IO && strstr(detail.message, "--accept-journal")) return true;
+    snprintf(why, WHY_BYTES, "%.200s", detail.message);
     return false;
 }
 
@@ -109,12 +110,12 @@ static bool run_seed(uint64_t seed, bool is_losing)
 {
     static struct session session; // large
     char why[WHY_BYTES];
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     disk_format(seed);
     session_begin(&session, seed);
     for (int round = 0; round < ROUNDS; round++) {
-        bool holds = run_until_cut(&session, is_losing, &fault) == BD_ERR_OK;
-        if (!holds) snprintf(why, sizeof why, "without a cut: %.200s", fault.message);
+        bool holds = run_until_cut(&session, is_losing, &detail) == BD_ERR_OK;
+        if (!holds) snprintf(why, sizeof why, "without a cut: %.200s", detail.message);
         if (holds && check(&session, why)) continue;
         if (!is_losing)
             fprintf(stderr, "seed %llu, round %d: %s\n", (unsigned long long)seed, round, why);

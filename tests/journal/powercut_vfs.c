@@ -46,7 +46,7 @@ static struct {
     uint64_t random;
     uint64_t change_count, cut_at;
     bool is_off, waits_for_sync;
-    enum disk_fault fault;
+    enum disk_detail detail;
     uint64_t call_count, failed_count, fail_at, fail_count;
 } disk;
 
@@ -199,8 +199,8 @@ static bool count_call(bool is_write)
 {
     if (disk.is_off) return true;
     disk.call_count++;
-    if (disk.fault == DISK_FAULT_NONE || disk.call_count < disk.fail_at) return false;
-    if (disk.fault == DISK_FAULT_FULL && !is_write) return false;
+    if (disk.detail == DISK_FAULT_NONE || disk.call_count < disk.fail_at) return false;
+    if (disk.detail == DISK_FAULT_FULL && !is_write) return false;
     if (disk.fail_count && disk.failed_count >= disk.fail_count) return false;
     disk.failed_count++;
     return true;
@@ -227,9 +227,9 @@ void disk_restore_power(void)
     disk.cut_at = 0;
 }
 
-void disk_fail_at(enum disk_fault fault, uint64_t at, uint64_t count)
+void disk_fail_at(enum disk_detail detail, uint64_t at, uint64_t count)
 {
-    disk.fault = fault;
+    disk.detail = detail;
     disk.call_count = disk.failed_count = 0;
     disk.fail_at = at;
     disk.fail_count = count;
@@ -300,9 +300,9 @@ uint64_t disk_file_size(const char *name_end)
 
 // --- files
 
-static int fault_of(int io)
+static int err_of(int io)
 {
-    return disk.fault == DISK_FAULT_FULL && !disk.is_off ? SQLITE_FULL : io;
+    return disk.detail == DISK_FAULT_FULL && !disk.is_off ? SQLITE_FULL : io;
 }
 
 static int file_close(sqlite3_file *base)
@@ -336,7 +336,7 @@ static int file_write(sqlite3_file *base, const void *data, int size, sqlite3_in
             (write.size / SECTOR_BYTES) * (kit_random(&disk.random) % 3) / 2 * SECTOR_BYTES;
         if (write.size) put(&file->cache, write.at, data, write.size);
         if (write.size) remember(file, write, data);
-        return fault_of(SQLITE_IOERR_WRITE);
+        return err_of(SQLITE_IOERR_WRITE);
     }
     put(&file->cache, write.at, data, write.size);
     remember(file, write, data);
@@ -524,7 +524,7 @@ static int vfs_last_error(sqlite3_vfs *vfs, int size, char *out)
 {
     (void)vfs;
     if (size > 0) out[0] = 0;
-    return disk.fault == DISK_FAULT_FULL ? ENOSPC : EIO;
+    return disk.detail == DISK_FAULT_FULL ? ENOSPC : EIO;
 }
 
 void disk_register(void)

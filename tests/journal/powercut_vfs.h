@@ -20,7 +20,7 @@
 // A directory of the disk; on the machine's own there should be none of that name.
 #define DISK_DIRECTORY "/nowhere/on/this/machine"
 
-enum disk_fault { DISK_FAULT_NONE, DISK_FAULT_IO, DISK_FAULT_FULL };
+enum disk_detail { DISK_FAULT_NONE, DISK_FAULT_IO, DISK_FAULT_FULL };
 
 // The default VFS of this process from now on.
 void disk_register(void);
@@ -38,7 +38,7 @@ void disk_restore_power(void);
 
 // Calls fail from the `at`th from now on, `count` of them (0: until told otherwise). A full disk
 // fails those that write or sync; one with faults any of them.
-void disk_fail_at(enum disk_fault fault, uint64_t at, uint64_t count);
+void disk_fail_at(enum disk_detail detail, uint64_t at, uint64_t count);
 // How many calls disk_fail_at counted since, failed ones too.
 uint64_t disk_call_count(void);
 uint64_t disk_failed_count(void);

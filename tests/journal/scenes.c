@@ -31,16 +31,16 @@ struct world {
     struct bd_store *store;
 };
 
-static void must(enum bd_err err, const struct bd_fault *fault)
+static void must(enum bd_err err, const struct bd_err_detail *detail)
 {
-    if (err) fail_msg("%s: %s", fault->field, fault->message);
+    if (err) fail_msg("%s: %s", detail->field, detail->message);
 }
 
 static void open_journal(struct world *world)
 {
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     world->store = bd_store_create(4);
-    must(bd_journal_open(world->directory, &world->journal, &fault), &fault);
+    must(bd_journal_open(world->directory, &world->journal, &detail), &detail);
 }
 
 static void close_journal(struct world *world)
@@ -58,17 +58,17 @@ static void start_again(struct world *world)
 
 static void load_all(struct world *world)
 {
-    struct bd_fault fault = {0};
-    must(bd_store_load(world->store, world->journal, &fault), &fault);
+    struct bd_err_detail detail = {0};
+    must(bd_store_load(world->store, world->journal, &detail), &detail);
 }
 
 static void keep(struct world *world)
 {
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     const struct bd_batch *faulty;
     struct bd_batch *batch = bd_store_take_staged(world->store);
     assert_non_null(batch);
-    must(bd_store_write(world->journal, batch, &faulty, &fault), &fault);
+    must(bd_store_write(world->journal, batch, &faulty, &detail), &detail);
     bd_store_publish(world->store, batch);
     bd_batch_free(&batch);
 }
@@ -154,9 +154,9 @@ static void expect_sky(const struct world *world, uint64_t revision, float radia
 static bool has_sky(const struct world *world, float radiance)
 {
     struct bd_sky_map *sky = make_sky(world, radiance);
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     bool is_there = false;
-    must(bd_journal_has_content(world->journal, sky->sha256, &is_there, &fault), &fault);
+    must(bd_journal_has_content(world->journal, sky->sha256, &is_there, &detail), &detail);
     bd_sky_map_release(&sky);
     return is_there;
 }
@@ -180,10 +180,10 @@ static void damage_sky(struct world *world, float radiance)
 
 static void write_snapshot(struct world *world)
 {
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     const struct bd_store_entry *entry = entry_of(world);
-    must(bd_store_snapshot(world->journal, world->id, entry->revision, entry->scene, &fault),
-         &fault);
+    must(bd_store_snapshot(world->journal, world->id, entry->revision, entry->scene, &detail),
+         &detail);
 }
 
 // --- tests ----------------------------------------------------------------------------------
@@ -249,10 +249,10 @@ static void a_start_on_a_disk_that_does_not_answer_loses_nothing(void **state)
     show_sky(world, 1);
     show_sky(world, 2);
     while (has_failed) {
-        struct bd_fault fault = {0};
+        struct bd_err_detail detail = {0};
         start_again(world);
         fail_at(world, ++at);
-        enum bd_err err = bd_store_load(world->store, world->journal, &fault);
+        enum bd_err err = bd_store_load(world->store, world->journal, &detail);
         has_failed = failing_failed_count() > 0;
         fail_at(world, 0);
         assert_true(!err || err == BD_ERR_IO);
@@ -268,15 +268,15 @@ static void the_past_on_a_disk_that_does_not_answer_is_not_missing(void **state)
     struct world *world = *state;
     show_sky(world, 1);
     for (uint64_t at = 1;; at++) {
-        struct bd_fault fault = {0};
+        struct bd_err_detail detail = {0};
         struct bd_scene *then = NULL;
         fail_at(world, at);
-        enum bd_err err = bd_store_read_revision(world->journal, world->id, 2, &then, &fault);
+        enum bd_err err = bd_store_read_revision(world->journal, world->id, 2, &then, &detail);
         bool has_failed = failing_failed_count() > 0;
         fail_at(world, 0);
         bd_scene_release(&then);
         if (err != (has_failed ? BD_ERR_IO : BD_ERR_OK))
-            fail_msg("call %zu: %s: %s", (size_t)at, fault.field, fault.message);
+            fail_msg("call %zu: %s: %s", (size_t)at, detail.field, detail.message);
         if (!has_failed) return;
     }
 }

@@ -26,12 +26,12 @@ static size_t content_size(uint64_t seed)
 }
 
 static enum bd_err put_content(struct session *session, uint64_t seed,
-                               uint8_t sha256[BD_SHA256_BYTES], struct bd_fault *fault)
+                               uint8_t sha256[BD_SHA256_BYTES], struct bd_err_detail *detail)
 {
     struct kit_content content;
     kit_make_content(&content, content_size(seed), seed);
     memcpy(sha256, content.content.sha256, BD_SHA256_BYTES);
-    enum bd_err err = kit_put(session->journal, &content.content, 1, fault);
+    enum bd_err err = kit_put(session->journal, &content.content, 1, detail);
     free(content.bytes);
     return err;
 }
@@ -39,7 +39,7 @@ static enum bd_err put_content(struct session *session, uint64_t seed,
 // --- what is done
 
 static enum bd_err add_scene(struct session *session, struct model_scene *scene,
-                             struct bd_fault *fault)
+                             struct bd_err_detail *detail)
 {
     struct kit_edit first;
     struct kit_snapshot snapshot;
@@ -49,18 +49,18 @@ static enum bd_err add_scene(struct session *session, struct model_scene *scene,
     kit_make_snapshot(&snapshot, 1, first.state);
     scene->revision = 1;
     scene->states[1] = first.state;
-    return kit_add(session->journal, scene->id, &first, &snapshot, fault);
+    return kit_add(session->journal, scene->id, &first, &snapshot, detail);
 }
 
 // Scenes are in order of addition: the first goes, the second moves up, and a new one comes.
-static enum bd_err replace_scene(struct session *session, struct bd_fault *fault)
+static enum bd_err replace_scene(struct session *session, struct bd_err_detail *detail)
 {
     struct model *next = &session->in_flight;
     struct bd_journal_record remove = {.kind = BD_JOURNAL_REMOVE_SCENE,
                                        .scene = session->kept.scenes[0].id};
     next->scenes[0] = next->scenes[1];
     next->scenes[1].id[0] = 0;
-    return bd_journal_commit(session->journal, &remove, 1, NULL, fault);
+    return bd_journal_commit(session->journal, &remove, 1, NULL, detail);
 }
 
 struct batch {
@@ -71,7 +71,7 @@ struct batch {
 };
 
 static enum bd_err add_to_batch(struct session *session, struct batch *batch,
-                                struct model_scene *scene, struct bd_fault *fault)
+                                struct model_scene *scene, struct bd_err_detail *detail)
 {
     uint32_t at = batch->count++;
     struct kit_edit *edit = &batch->edits[at];
@@ -82,7 +82,7 @@ static enum bd_err add_to_batch(struct session *session, struct batch *batch,
     if (below(session, 3)) return BD_ERR_OK;
     scene->content_seed = edit->state | 1;
     edit->edit.forward_content = (struct bd_journal_digests){batch->sha256[at], 1};
-    return put_content(session, scene->content_seed, batch->sha256[at], fault);
+    return put_content(session, scene->content_seed, batch->sha256[at], detail);
 }
 
 static void add_name_to_batch(struct session *session, struct batch *batch,
@@ -98,73 +98,73 @@ static void add_name_to_batch(struct session *session, struct batch *batch,
     scene->names[name] = is_removed ? 0 : scene->revision;
 }
 
-static enum bd_err commit_batch(struct session *session, struct bd_fault *fault)
+static enum bd_err commit_batch(struct session *session, struct bd_err_detail *detail)
 {
     struct batch *batch = calloc(1, sizeof *batch);
     BD_ASSERT(batch);
     enum bd_err err = BD_ERR_OK;
     for (uint32_t i = 1 + below(session, BATCH_MAX); i > 0 && !err; i--) {
         struct model_scene *scene = &session->in_flight.scenes[below(session, SESSION_SCENES)];
-        err = add_to_batch(session, batch, scene, fault);
+        err = add_to_batch(session, batch, scene, detail);
     }
     if (!err && below(session, 4) == 0)
         add_name_to_batch(session, batch, &session->in_flight.scenes[0]);
-    if (!err) err = bd_journal_commit(session->journal, batch->records, batch->count, NULL, fault);
+    if (!err) err = bd_journal_commit(session->journal, batch->records, batch->count, NULL, detail);
     free(batch);
     return err;
 }
 
 static enum bd_err write_snapshot(struct session *session, const struct model_scene *scene,
-                                  struct bd_fault *fault)
+                                  struct bd_err_detail *detail)
 {
     struct kit_snapshot snapshot;
     uint8_t sha256[BD_SHA256_BYTES];
     enum bd_err err = BD_ERR_OK;
     kit_make_snapshot(&snapshot, scene->revision, scene->states[scene->revision]);
     if (scene->content_seed) {
-        err = put_content(session, scene->content_seed, sha256, fault);
+        err = put_content(session, scene->content_seed, sha256, detail);
         snapshot.snapshot.content = (struct bd_journal_digests){sha256, 1};
     }
     if (err) return err;
-    return bd_journal_write_snapshot(session->journal, scene->id, &snapshot.snapshot, fault);
+    return bd_journal_write_snapshot(session->journal, scene->id, &snapshot.snapshot, detail);
 }
 
-static enum bd_err collect(struct session *session, struct bd_fault *fault)
+static enum bd_err collect(struct session *session, struct bd_err_detail *detail)
 {
     enum bd_err err = BD_ERR_OK;
     bool is_done = false;
     for (uint32_t i = below(session, 20); i > 0 && !err && !is_done; i--)
-        err = bd_journal_collect(session->journal, &is_done, fault);
+        err = bd_journal_collect(session->journal, &is_done, detail);
     return err;
 }
 
-static enum bd_err step(struct session *session, struct bd_fault *fault)
+static enum bd_err step(struct session *session, struct bd_err_detail *detail)
 {
     struct model *next = &session->in_flight;
     for (int i = 0; i < SESSION_SCENES; i++)
-        if (!next->scenes[i].id[0]) return add_scene(session, &next->scenes[i], fault);
+        if (!next->scenes[i].id[0]) return add_scene(session, &next->scenes[i], detail);
     struct model_scene *scene = &next->scenes[below(session, SESSION_SCENES)];
     bool is_done;
-    if (scene->revision + BATCH_MAX >= SESSION_REVISIONS) return replace_scene(session, fault);
+    if (scene->revision + BATCH_MAX >= SESSION_REVISIONS) return replace_scene(session, detail);
     switch (below(session, 16)) {
     case 0:
-        return replace_scene(session, fault);
+        return replace_scene(session, detail);
     case 1:
     case 2:
-        return write_snapshot(session, scene, fault);
+        return write_snapshot(session, scene, detail);
     case 3:
-        return bd_journal_compact(session->journal, scene->id, below(session, 6), &is_done, fault);
+        return bd_journal_compact(session->journal, scene->id, below(session, 6), &is_done, detail);
     case 4:
-        return collect(session, fault);
+        return collect(session, detail);
     default:
-        return commit_batch(session, fault);
+        return commit_batch(session, detail);
     }
 }
 
-enum bd_err session_step(struct session *session, struct bd_fault *fault)
+enum bd_err session_step(struct session *session, struct bd_err_detail *detail)
 {
     session->in_flight = session->kept;
-    enum bd_err err = step(session, fault);
+    enum bd_err err = step(session, detail);
     if (!err) session->kept = session->in_flight;
     return err;
 }
@@ -212,43 +212,44 @@ static void see_name(void *user, const char *name, uint64_t revision)
 }
 
 static enum bd_err read_list(struct look *look, const struct bd_journal_digests *list,
-                             struct bd_fault *fault)
+                             struct bd_err_detail *detail)
 {
     enum bd_err err = BD_ERR_OK;
     for (uint32_t i = 0; i < list->count && !err; i++) {
         void *bytes = NULL;
         size_t size;
         err = bd_journal_read_content(look->journal, list->sha256 + i * BD_SHA256_BYTES, &bytes,
-                                      &size, fault);
+                                      &size, detail);
         if (!err) free(bytes);
     }
     return err;
 }
 
 static enum bd_err see_snapshot(void *user, const struct bd_journal_snapshot *snapshot,
-                                struct bd_fault *fault)
+                                struct bd_err_detail *detail)
 {
     struct look *look = user;
     memcpy(&look->state, snapshot->index.data, sizeof look->state);
-    return read_list(look, &snapshot->content, fault);
+    return read_list(look, &snapshot->content, detail);
 }
 
-static enum bd_err see_edit(void *user, const struct bd_journal_edit *edit, struct bd_fault *fault)
+static enum bd_err see_edit(void *user, const struct bd_journal_edit *edit,
+                            struct bd_err_detail *detail)
 {
     struct look *look = user;
     look->state = bd_hash64(edit->forward.data, edit->forward.size, look->state);
-    return read_list(look, &edit->forward_content, fault);
+    return read_list(look, &edit->forward_content, detail);
 }
 
 static void look_at_revision(struct look *look, uint64_t revision, uint64_t expected)
 {
     struct bd_journal_visitor visitor = {see_snapshot, see_edit, look};
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     uint64_t reached;
     enum bd_err err =
-        bd_journal_load(look->journal, look->scene->id, revision, &visitor, &reached, &fault);
+        bd_journal_load(look->journal, look->scene->id, revision, &visitor, &reached, &detail);
     if (err) {
-        differ(look, fault.message, revision, expected);
+        differ(look, detail.message, revision, expected);
         return;
     }
     if (reached != expected) differ(look, "a revision", reached, expected);
@@ -258,14 +259,14 @@ static void look_at_revision(struct look *look, uint64_t revision, uint64_t expe
 
 static void look_at_scene(struct look *look, const struct model_scene *scene)
 {
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     uint64_t oldest = 0;
     look->scene = scene;
     look->name_count = 0;
     uint32_t name_count = 0;
-    if (bd_journal_each_name(look->journal, scene->id, see_name, look, &fault) ||
-        bd_journal_oldest(look->journal, scene->id, &oldest, &fault)) {
-        differ(look, fault.message, 0, 0);
+    if (bd_journal_each_name(look->journal, scene->id, see_name, look, &detail) ||
+        bd_journal_oldest(look->journal, scene->id, &oldest, &detail)) {
+        differ(look, detail.message, 0, 0);
         return;
     }
     for (int i = 0; i < SESSION_NAMES; i++) name_count += scene->names[i] > 0;
@@ -284,12 +285,12 @@ bool session_holds(struct bd_journal *journal, const struct model *model, char *
 {
     struct look look = {
         .journal = journal, .model = model, .why = why, .why_bytes = why_bytes, .is_same = true};
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     uint32_t count = 0;
     why[0] = 0;
     while (count < SESSION_SCENES && model->scenes[count].id[0]) count++;
-    if (bd_journal_each_scene(journal, see_scene, &look, &fault))
-        differ(&look, fault.message, 0, 0);
+    if (bd_journal_each_scene(journal, see_scene, &look, &detail))
+        differ(&look, detail.message, 0, 0);
     if (look.count != count) differ(&look, "the number of scenes", look.count, count);
     for (uint32_t i = 0; i < count && look.is_same; i++) look_at_scene(&look, &model->scenes[i]);
     return look.is_same;

@@ -35,7 +35,7 @@ void session_begin(struct session *session, uint64_t seed);
 // One call, or a few that belong together, at random. With BD_ERR_OK `kept` is what `in_flight`
 // was; otherwise the journal has to hold one of the two, or just the one if nothing may come
 // through late.
-enum bd_err session_step(struct session *session, struct bd_fault *fault);
+enum bd_err session_step(struct session *session, struct bd_err_detail *detail);
 
 // Whether the journal holds the model, to the last state that can be loaded and its content.
 bool session_holds(struct bd_journal *journal, const struct model *model, char *why,

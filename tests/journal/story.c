@@ -28,28 +28,30 @@ void story_free(struct story *story)
 }
 
 static enum bd_err write_contents(struct story *story, struct bd_journal *journal,
-                                  struct bd_fault *fault)
+                                  struct bd_err_detail *detail)
 {
     struct bd_journal_content list[STORY_CONTENTS];
     for (int i = 0; i < STORY_CONTENTS; i++) list[i] = story->content[i].content;
-    return kit_put(journal, list, STORY_CONTENTS, fault);
+    return kit_put(journal, list, STORY_CONTENTS, detail);
 }
 
 static enum bd_err write_scene(struct story *story, struct bd_journal *journal, const char *scene,
-                               const struct kit_edit *edits, uint64_t count, struct bd_fault *fault)
+                               const struct kit_edit *edits, uint64_t count,
+                               struct bd_err_detail *detail)
 {
     struct kit_snapshot snapshot;
     kit_make_snapshot(&snapshot, 1, edits[1].state);
     snapshot.snapshot.content =
         (struct bd_journal_digests){story->content[2].content.sha256, scene[0] == 'a'};
-    enum bd_err err = kit_add(journal, scene, &edits[1], &snapshot, fault);
+    enum bd_err err = kit_add(journal, scene, &edits[1], &snapshot, detail);
     for (uint64_t i = 2; i <= count && !err; i++)
-        err = kit_commit(journal, scene, &edits[i], fault);
+        err = kit_commit(journal, scene, &edits[i], detail);
     kit_make_snapshot(&snapshot, count / 2, edits[count / 2].state);
-    return err ? err : bd_journal_write_snapshot(journal, scene, &snapshot.snapshot, fault);
+    return err ? err : bd_journal_write_snapshot(journal, scene, &snapshot.snapshot, detail);
 }
 
-enum bd_err story_write(struct story *story, struct bd_journal *journal, struct bd_fault *fault)
+enum bd_err story_write(struct story *story, struct bd_journal *journal,
+                        struct bd_err_detail *detail)
 {
     struct bd_journal_record names[] = {
         {.kind = BD_JOURNAL_NAME, .scene = "a", .name = "good", .revision = 3},
@@ -59,10 +61,10 @@ enum bd_err story_write(struct story *story, struct bd_journal *journal, struct 
                  "che",
          .revision = STORY_REVISIONS},
     };
-    enum bd_err err = write_contents(story, journal, fault);
-    if (!err) err = write_scene(story, journal, "a", story->a, STORY_REVISIONS, fault);
-    if (!err) err = write_scene(story, journal, "b", story->b, STORY_REVISIONS / 2, fault);
-    return err ? err : bd_journal_commit(journal, names, 2, NULL, fault);
+    enum bd_err err = write_contents(story, journal, detail);
+    if (!err) err = write_scene(story, journal, "a", story->a, STORY_REVISIONS, detail);
+    if (!err) err = write_scene(story, journal, "b", story->b, STORY_REVISIONS / 2, detail);
+    return err ? err : bd_journal_commit(journal, names, 2, NULL, detail);
 }
 
 struct look {
@@ -103,22 +105,22 @@ static void see_name(void *user, const char *name, uint64_t revision)
 
 static void look_at_edits(struct look *look, const char *scene, uint64_t newest)
 {
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     struct bd_journal_edit edit;
     for (uint64_t i = 1; i <= newest; i++) {
-        enum bd_err err = bd_journal_get_edit(look->journal, scene, i, &edit, &fault);
+        enum bd_err err = bd_journal_get_edit(look->journal, scene, i, &edit, &detail);
         if (!err && !kit_is_edit(&edit, &look->edits[i], false)) differ(look, "an edit", i);
-        if (err && err != BD_ERR_IO && err != BD_ERR_NOT_FOUND) differ(look, fault.message, i);
+        if (err && err != BD_ERR_IO && err != BD_ERR_NOT_FOUND) differ(look, detail.message, i);
     }
 }
 
 static void look_at_states(struct look *look, const char *scene, uint64_t newest)
 {
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     struct kit_loaded loaded;
     for (uint64_t i = 0; i <= newest; i++) {
-        enum bd_err err = kit_load(look->journal, scene, i, &loaded, &fault);
-        if (err && err != BD_ERR_NOT_FOUND) differ(look, fault.message, i);
+        enum bd_err err = kit_load(look->journal, scene, i, &loaded, &detail);
+        if (err && err != BD_ERR_NOT_FOUND) differ(look, detail.message, i);
         if (!err && loaded.state != look->edits[loaded.revision].state) differ(look, "a state", i);
     }
 }
@@ -137,13 +139,13 @@ static void see_scene(void *user, const struct bd_journal_scene *scene)
 static void look_at_scene(struct look *look, int index)
 {
     static const char *const scenes[] = {"a", "b"};
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     const char *scene = scenes[index];
     look->edits = index == 0 ? look->story->a : look->story->b;
     if (!look->revisions[index]) return;
-    if (bd_journal_each_edit(look->journal, scene, 0, 1000, see_edit, look, &fault) ||
-        bd_journal_each_name(look->journal, scene, see_name, look, &fault))
-        differ(look, fault.message, 0);
+    if (bd_journal_each_edit(look->journal, scene, 0, 1000, see_edit, look, &detail) ||
+        bd_journal_each_name(look->journal, scene, see_name, look, &detail))
+        differ(look, detail.message, 0);
     look_at_edits(look, scene, look->revisions[index]);
     look_at_states(look, scene, look->revisions[index]);
 }
@@ -153,9 +155,9 @@ static uint32_t look_at_contents(struct look *look)
 {
     uint32_t count = 0;
     for (int i = 0; i < STORY_CONTENTS; i++) {
-        struct bd_fault fault = {0};
-        enum bd_err err = kit_read(look->journal, &look->story->content[i], &fault);
-        if (err && err != BD_ERR_NOT_FOUND) differ(look, fault.message, 0);
+        struct bd_err_detail detail = {0};
+        enum bd_err err = kit_read(look->journal, &look->story->content[i], &detail);
+        if (err && err != BD_ERR_NOT_FOUND) differ(look, detail.message, 0);
         count += !err;
     }
     return count;
@@ -163,10 +165,10 @@ static uint32_t look_at_contents(struct look *look)
 
 static uint32_t look_at_all(struct look *look)
 {
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     look->why[0] = 0;
-    if (bd_journal_each_scene(look->journal, see_scene, look, &fault))
-        differ(look, fault.message, 0);
+    if (bd_journal_each_scene(look->journal, see_scene, look, &detail))
+        differ(look, detail.message, 0);
     for (int i = 0; i < 2 && look->is_true; i++) look_at_scene(look, i);
     return look_at_contents(look);
 }

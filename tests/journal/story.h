@@ -16,7 +16,8 @@ struct story {
 
 void story_make(struct story *story);
 void story_free(struct story *story);
-enum bd_err story_write(struct story *story, struct bd_journal *journal, struct bd_fault *fault);
+enum bd_err story_write(struct story *story, struct bd_journal *journal,
+                        struct bd_err_detail *detail);
 
 // Of what the journal holds, nothing is wrong, whatever is missing: scenes at the states of their
 // revisions, edits, names and content as they were written. Otherwise `why`.

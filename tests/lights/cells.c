@@ -37,11 +37,11 @@ static struct bd_irradiance_cells *cells_of(const struct place *places, uint32_t
 {
     uint64_t *numbers = malloc((count + 1) * sizeof *numbers);
     struct bd_irradiance_cells *cells;
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     assert_non_null(numbers);
     for (uint32_t i = 0; i < count; i++)
         numbers[i] = bd_irradiance_cell_at(places[i].position, places[i].normal, RADIUS);
-    assert_int_equal(bd_irradiance_cells_create(numbers, count, most, RADIUS, &cells, &fault),
+    assert_int_equal(bd_irradiance_cells_create(numbers, count, most, RADIUS, &cells, &detail),
                      BD_ERR_OK);
     free(numbers);
     return cells;

@@ -28,18 +28,18 @@ static enum bd_err give_up(void *user)
 
 static struct bd_area_lights *lights_of(struct bd_scene *scene)
 {
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     struct bd_area_lights *lights;
     int pauses = 0;
-    assert_int_equal(bd_area_lights_create(scene, go_on, &pauses, &lights, &fault), BD_ERR_OK);
+    assert_int_equal(bd_area_lights_create(scene, go_on, &pauses, &lights, &detail), BD_ERR_OK);
     return lights;
 }
 
 static struct bd_scene *finished(struct stage *stage)
 {
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     bd_scene_seal(stage->scene);
-    assert_int_equal(bd_scene_finish(stage->scene, &fault), BD_ERR_OK);
+    assert_int_equal(bd_scene_finish(stage->scene, &detail), BD_ERR_OK);
     return stage->scene;
 }
 
@@ -442,8 +442,8 @@ static void what_pauses_may_end_it(void **state)
     stage_emission(stage, material, 1);
     stage_floor(stage, material, 1, 0, 1);
     struct bd_area_lights *none;
-    struct bd_fault fault;
-    assert_int_equal(bd_area_lights_create(finished(stage), give_up, NULL, &none, &fault),
+    struct bd_err_detail detail;
+    assert_int_equal(bd_area_lights_create(finished(stage), give_up, NULL, &none, &detail),
                      BD_ERR_CANCELLED);
     assert_null(none);
     stage_destroy(&stage);

@@ -93,8 +93,8 @@ static void it_finds_what_a_look_at_all_finds(void **unused)
     static struct bd_surface_point array[POINTS];
     const struct bd_surface_points points = points_of(array);
     struct bd_point_tree tree;
-    struct bd_fault fault;
-    assert_int_equal(bd_point_tree_init(&tree, &points, go_on, NULL, &fault), BD_ERR_OK);
+    struct bd_err_detail detail;
+    assert_int_equal(bd_point_tree_init(&tree, &points, go_on, NULL, &detail), BD_ERR_OK);
     for (uint32_t i = 0; i < PLACES; i++) {
         const f3 position = i % 3 ? anywhere() : points.points[i].position;
         const f3 normal = i % 3 ? f3_unit(anywhere()) : points.points[i].normal;
@@ -109,8 +109,8 @@ static void no_points_stand_for_nothing(void **unused)
     const struct bd_surface_points none = {.area = 1};
     struct bd_point_neighbours found;
     struct bd_point_tree tree;
-    struct bd_fault fault;
-    assert_int_equal(bd_point_tree_init(&tree, &none, go_on, NULL, &fault), BD_ERR_OK);
+    struct bd_err_detail detail;
+    assert_int_equal(bd_point_tree_init(&tree, &none, go_on, NULL, &detail), BD_ERR_OK);
     bd_point_tree_find(&tree, f3_of(0, 0, 0), f3_of(0, 0, 1), BD_POINT_NEIGHBOURS, &found);
     assert_int_equal(found.count, 0);
     bd_point_tree_finish(&tree);
@@ -123,11 +123,11 @@ static void what_pauses_may_end_it(void **unused)
     struct bd_surface_point *array = malloc(many * sizeof *array);
     struct bd_surface_points points = {.count = many, .area = 1, .points = array};
     struct bd_point_tree tree;
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     assert_non_null(array);
     for (uint32_t i = 0; i < many; i++)
         array[i] = (struct bd_surface_point){.position = anywhere(), .normal = f3_of(0, 0, 1)};
-    assert_int_equal(bd_point_tree_init(&tree, &points, give_up, NULL, &fault), BD_ERR_CANCELLED);
+    assert_int_equal(bd_point_tree_init(&tree, &points, give_up, NULL, &detail), BD_ERR_CANCELLED);
     assert_null(tree.nodes);
     free(array);
 }

@@ -67,9 +67,9 @@ static struct bd_punctual_tree *tree_of(uint32_t count, uint32_t seed)
 {
     struct bd_light_uniform *lamps = malloc(count * sizeof *lamps);
     struct bd_punctual_tree *tree;
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     for (uint32_t i = 0; i < count; i++) lamps[i] = lamp_of(&seed);
-    assert_int_equal(bd_punctual_tree_create(lamps, count, go_on, NULL, &tree, &fault), BD_ERR_OK);
+    assert_int_equal(bd_punctual_tree_create(lamps, count, go_on, NULL, &tree, &detail), BD_ERR_OK);
     return tree;
 }
 
@@ -149,9 +149,9 @@ static void what_pauses_may_end_it(void **state)
 {
     struct bd_light_uniform *lamps = calloc(4096, sizeof *lamps);
     struct bd_punctual_tree *tree;
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     (void)state;
-    assert_int_equal(bd_punctual_tree_create(lamps, 4096, give_up, NULL, &tree, &fault),
+    assert_int_equal(bd_punctual_tree_create(lamps, 4096, give_up, NULL, &tree, &detail),
                      BD_ERR_CANCELLED);
     assert_null(tree);
 }

@@ -12,7 +12,7 @@
 #include "../protocol/cmocka_all.h"
 
 static enum bd_err read_text(const char *text, mode_t mode, struct bd_tokens **out,
-                             struct bd_fault *fault)
+                             struct bd_err_detail *detail)
 {
     char path[] = "/tmp/bounced-auth-XXXXXX";
     int fd = mkstemp(path);
@@ -20,7 +20,7 @@ static enum bd_err read_text(const char *text, mode_t mode, struct bd_tokens **o
     assert_int_equal(write(fd, text, strlen(text)), strlen(text));
     assert_int_equal(fchmod(fd, mode), 0);
     close(fd);
-    enum bd_err err = bd_tokens_read(path, out, fault);
+    enum bd_err err = bd_tokens_read(path, out, detail);
     unlink(path);
     return err;
 }
@@ -60,13 +60,13 @@ static void words_behind_a_token(void **state)
     assert_true(editor->scenes_max == 3 && editor->jobs_max == 1);
     assert_true(editor->bytes_max == 2ull << 30);
 
-    struct bd_fault fault;
-    assert_int_equal(bd_grant_check_role(viewer, BD_ROLE_READ, &fault), BD_ERR_OK);
-    assert_int_equal(bd_grant_check_role(viewer, BD_ROLE_EDIT, &fault), BD_ERR_FORBIDDEN);
-    assert_string_equal(fault.field, "role");
-    assert_string_equal(fault.message, "the role of \"viewer\" is read, and this asks for edit");
-    assert_int_equal(bd_grant_check_role(editor, BD_ROLE_EDIT, &fault), BD_ERR_OK);
-    assert_int_equal(bd_grant_check_role(editor, BD_ROLE_ADMIN, &fault), BD_ERR_FORBIDDEN);
+    struct bd_err_detail detail;
+    assert_int_equal(bd_grant_check_role(viewer, BD_ROLE_READ, &detail), BD_ERR_OK);
+    assert_int_equal(bd_grant_check_role(viewer, BD_ROLE_EDIT, &detail), BD_ERR_FORBIDDEN);
+    assert_string_equal(detail.field, "role");
+    assert_string_equal(detail.message, "the role of \"viewer\" is read, and this asks for edit");
+    assert_int_equal(bd_grant_check_role(editor, BD_ROLE_EDIT, &detail), BD_ERR_OK);
+    assert_int_equal(bd_grant_check_role(editor, BD_ROLE_ADMIN, &detail), BD_ERR_FORBIDDEN);
     bd_tokens_destroy(&tokens);
 }
 
@@ -106,10 +106,10 @@ static void what_looks_like_protection_and_is_none(void **state)
     };
     for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++) {
         struct bd_tokens *tokens = NULL;
-        struct bd_fault fault = {0};
-        assert_int_equal(read_text(bad[i].text, bad[i].mode, &tokens, &fault), BD_ERR_USAGE);
-        assert_string_equal(fault.field, bad[i].field);
-        assert_non_null(strstr(fault.message, bad[i].says));
+        struct bd_err_detail detail = {0};
+        assert_int_equal(read_text(bad[i].text, bad[i].mode, &tokens, &detail), BD_ERR_USAGE);
+        assert_string_equal(detail.field, bad[i].field);
+        assert_non_null(strstr(detail.message, bad[i].says));
         assert_null(tokens);
     }
 }
@@ -120,9 +120,9 @@ static void too_many(void **state)
     char *text = calloc(257, 20), *at = text;
     for (int i = 0; i < 257; i++) at += sprintf(at, "%016d\n", i);
     struct bd_tokens *tokens = NULL;
-    struct bd_fault fault;
-    assert_int_equal(read_text(text, 0600, &tokens, &fault), BD_ERR_USAGE);
-    assert_string_equal(fault.message, "line 257: there are more than 256 entries");
+    struct bd_err_detail detail;
+    assert_int_equal(read_text(text, 0600, &tokens, &detail), BD_ERR_USAGE);
+    assert_string_equal(detail.message, "line 257: there are more than 256 entries");
     free(text);
 }
 

@@ -17,24 +17,24 @@ static struct {
 } journal;
 
 enum bd_err __wrap_bd_store_write(struct bd_journal *unused, const struct bd_batch *first,
-                                  const struct bd_batch **faulty, struct bd_fault *fault);
+                                  const struct bd_batch **faulty, struct bd_err_detail *detail);
 enum bd_err __wrap_bd_store_write(struct bd_journal *unused, const struct bd_batch *first,
-                                  const struct bd_batch **faulty, struct bd_fault *fault)
+                                  const struct bd_batch **faulty, struct bd_err_detail *detail)
 {
     (void)unused;
     *faulty = NULL;
     if (journal.fail_count > 0) {
         journal.fail_count--;
-        return bd_fault_set(fault, BD_ERR_IO, "journal", "no space left");
+        return bd_err_set(detail, BD_ERR_IO, "journal", "no space left");
     }
     uint64_t revision = journal.revision;
     for (const struct bd_batch *batch = first; batch; batch = batch->next) {
         *faulty = batch;
         if (batch->kind == BD_BATCH_UNNAME)
-            return bd_fault_set(fault, BD_ERR_NOT_FOUND, "name", "there is no such name");
+            return bd_err_set(detail, BD_ERR_NOT_FOUND, "name", "there is no such name");
         if (batch->kind == BD_BATCH_ADD) revision = 0;
         if (batch->revision != revision + 1)
-            return bd_fault_set(fault, BD_ERR_CONFLICT, "revision", "not the next one");
+            return bd_err_set(detail, BD_ERR_CONFLICT, "revision", "not the next one");
         revision++;
     }
     journal.revision = revision;
@@ -72,10 +72,10 @@ static const struct bd_store_entry *entry_of(const struct bd_commits *commits, c
 static void ask(struct waiter *waiter);
 
 static void on_done(struct bd_commit_waiter *commit_waiter, const struct bd_batch *batch,
-                    enum bd_err err, const struct bd_fault *fault)
+                    enum bd_err err, const struct bd_err_detail *detail)
 {
     struct waiter *waiter = (struct waiter *)commit_waiter;
-    assert_true(!err || (fault->err == err && fault->message[0]));
+    assert_true(!err || (detail->err == err && detail->message[0]));
     waiter->heard++;
     waiter->err = err;
     waiter->revision = batch->revision;

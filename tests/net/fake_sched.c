@@ -116,8 +116,7 @@ static void render(struct bd_job *job)
     result->report.stopped = err == BD_ERR_CANCELLED  ? BD_STOPPED_CANCELLED
                              : err == BD_ERR_DEADLINE ? BD_STOPPED_DEADLINE
                                                       : BD_STOPPED_COMPLETE;
-    if (err)
-        bd_fault_set(&result->fault, err, "", "the gradient was stopped: %s", bd_err_name(err));
+    if (err) bd_err_set(&result->detail, err, "", "the gradient was stopped: %s", bd_err_name(err));
     if (err || frame->plan_only) return;
     for (int layer = 0; layer < BD_LAYER_COUNT; layer++)
         if (frame->layers & 1u << layer) result->layers[layer] = gradient(frame, layer);
@@ -163,9 +162,9 @@ static void *thread_main(void *data)
 }
 
 enum bd_err bd_sched_create(const struct bd_sched_options *options, struct bd_sched **out,
-                            struct bd_fault *fault)
+                            struct bd_err_detail *detail)
 {
-    (void)fault;
+    (void)detail;
     struct bd_sched *sched = calloc(1, sizeof *sched);
     BD_ASSERT(sched);
     const char *frame_ms = getenv("BD_FAKE_FRAME_MS");
@@ -195,19 +194,19 @@ void bd_sched_destroy(struct bd_sched **sched)
 }
 
 enum bd_err bd_sched_submit(struct bd_sched *sched, const struct bd_job_request *request,
-                            struct bd_job **out, struct bd_fault *fault)
+                            struct bd_job **out, struct bd_err_detail *detail)
 {
     const struct bd_frame_request *frame = &request->frame;
     const struct bd_frame_limits *limits = &sched->options.frame_limits;
     if (frame->width_px == 0 || frame->width_px > limits->side_px_max || frame->height_px == 0 ||
         frame->height_px > limits->side_px_max ||
         (uint64_t)frame->width_px * frame->height_px > limits->pixel_count_max)
-        return bd_fault_set(fault, BD_ERR_LIMIT, "size", "%ux%u is above the limit image_side_px",
-                            frame->width_px, frame->height_px);
+        return bd_err_set(detail, BD_ERR_LIMIT, "size", "%ux%u is above the limit image_side_px",
+                          frame->width_px, frame->height_px);
     pthread_mutex_lock(&sched->lock);
     bool full = sched->stats.jobs_waiting >= sched->options.queue_length_max;
     pthread_mutex_unlock(&sched->lock);
-    if (full) return bd_fault_set(fault, BD_ERR_BUSY, "jobs_waiting", "the queue is full");
+    if (full) return bd_err_set(detail, BD_ERR_BUSY, "jobs_waiting", "the queue is full");
 
     struct bd_job *job = calloc(1, sizeof *job);
     BD_ASSERT(job);

@@ -47,13 +47,13 @@ static enum bd_err b(struct bd_upkeep *work)
 static enum bd_err run_out_of_disk(struct bd_upkeep *work)
 {
     trace(work, 'f');
-    return bd_fault_set(&work->steps.fault, BD_ERR_IO, "disk", "no space left");
+    return bd_err_set(&work->steps.detail, BD_ERR_IO, "disk", "no space left");
 }
 
 // Says no more than that.
 static enum bd_err fail_silently(struct bd_upkeep *work)
 {
-    bd_fault_set(&work->steps.fault, BD_ERR_BUSY, "name", "of something else");
+    bd_err_set(&work->steps.detail, BD_ERR_BUSY, "name", "of something else");
     return BD_ERR_IO;
 }
 
@@ -164,7 +164,7 @@ static void steps_run_in_order_wherever_they_run(void **state)
         STEP(loop, a), STEP(pool, b), STEP(background, a), STEP(loop, b), {0}};
     run(world, list);
     assert_string_equal(world->work.trace, "abab");
-    assert_int_equal(world->work.steps.fault.err, BD_ERR_OK);
+    assert_int_equal(world->work.steps.detail.err, BD_ERR_OK);
 }
 
 static void nothing_runs_behind_a_failure(void **state)
@@ -173,8 +173,8 @@ static void nothing_runs_behind_a_failure(void **state)
     const struct bd_step list[] = {STEP(loop, a), STEP(pool, run_out_of_disk), STEP(loop, b), {0}};
     run(world, list);
     assert_string_equal(world->work.trace, "af");
-    assert_int_equal(world->work.steps.fault.err, BD_ERR_IO);
-    assert_string_equal(world->work.steps.fault.message, "no space left");
+    assert_int_equal(world->work.steps.detail.err, BD_ERR_IO);
+    assert_string_equal(world->work.steps.detail.message, "no space left");
 }
 
 static void a_failure_has_its_own_words(void **state)
@@ -182,8 +182,8 @@ static void a_failure_has_its_own_words(void **state)
     struct world *world = *state;
     const struct bd_step list[] = {STEP(pool, fail_silently), {0}};
     run(world, list);
-    assert_int_equal(world->work.steps.fault.err, BD_ERR_IO);
-    assert_null(strstr(world->work.steps.fault.message, "of something else"));
+    assert_int_equal(world->work.steps.detail.err, BD_ERR_IO);
+    assert_null(strstr(world->work.steps.detail.message, "of something else"));
 }
 
 static void a_cancel_ends_it_before_the_next_step(void **state)
@@ -192,7 +192,7 @@ static void a_cancel_ends_it_before_the_next_step(void **state)
     const struct bd_step list[] = {STEP(loop, cancel), STEP(loop, b), {0}};
     run(world, list);
     assert_string_equal(world->work.trace, "c");
-    assert_int_equal(world->work.steps.fault.err, BD_ERR_CANCELLED);
+    assert_int_equal(world->work.steps.detail.err, BD_ERR_CANCELLED);
 }
 
 static void a_cancel_that_comes_too_late_ends_nothing(void **state)
@@ -202,7 +202,7 @@ static void a_cancel_that_comes_too_late_ends_nothing(void **state)
     world->work.is_past_cancel = true;
     run(world, list);
     assert_string_equal(world->work.trace, "cb");
-    assert_int_equal(world->work.steps.fault.err, BD_ERR_OK);
+    assert_int_equal(world->work.steps.detail.err, BD_ERR_OK);
 }
 
 // The lane is full: what has not begun is dropped at once.
@@ -234,7 +234,7 @@ static void only_some_kinds_stop_with_the_daemon(void **state)
     world->work = (struct bd_upkeep){.steps = {.kind = &upkeep_kind, .loop = &world->loop}};
     run(world, list);
     assert_string_equal(world->work.trace, "d");
-    assert_int_equal(world->work.steps.fault.err, BD_ERR_CANCELLED);
+    assert_int_equal(world->work.steps.detail.err, BD_ERR_CANCELLED);
 }
 
 static void steps_branch_repeat_and_finish(void **state)

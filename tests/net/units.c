@@ -199,10 +199,10 @@ static void environments_in_queries(void **state)
     static const char *const wrong[] = {"", "1", "1,2", "1,2,3,4", "1,2,x", "1,,3", "sky.exr"};
     for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++) {
         char query[40];
-        struct bd_fault fault = {0};
+        struct bd_err_detail detail = {0};
         snprintf(query, sizeof query, "environment=%s", wrong[i]);
-        assert_int_equal(bd_http_query_read(query, "png", &render, &fault), BD_ERR_USAGE);
-        assert_string_equal(fault.field, "environment");
+        assert_int_equal(bd_http_query_read(query, "png", &render, &detail), BD_ERR_USAGE);
+        assert_string_equal(detail.field, "environment");
     }
 }
 
@@ -270,11 +270,11 @@ static void errors_are_against_the_whole_equation(void **state)
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         Bounced__FrameRequest request = BOUNCED__FRAME_REQUEST__INIT;
         struct bd_frame_options options;
-        struct bd_fault fault = {0};
+        struct bd_err_detail detail = {0};
         request.against = (char *)cases[i].said;
-        assert_int_equal(bd_frame_options_read(&request, &options, &fault), cases[i].err);
+        assert_int_equal(bd_frame_options_read(&request, &options, &detail), cases[i].err);
         assert_int_equal(options.frame.against, cases[i].against);
-        if (cases[i].err) assert_string_equal(fault.field, "against");
+        if (cases[i].err) assert_string_equal(detail.field, "against");
     }
 }
 

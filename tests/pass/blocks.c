@@ -10,8 +10,8 @@ struct bd_discontinuity *discontinuity_of(const struct picture *p,
 {
     const struct bd_discontinuity_inputs inputs = picture_inputs(p, settings);
     struct bd_discontinuity *d = NULL;
-    struct bd_fault fault = {0};
-    if (bd_discontinuity_run(&context, &inputs, &d, &fault)) fail_msg("%s", fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_discontinuity_run(&context, &inputs, &d, &detail)) fail_msg("%s", detail.message);
     return d;
 }
 

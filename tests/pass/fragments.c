@@ -18,9 +18,10 @@ struct run {
 static void find_fragments(const struct bd_discontinuity_inputs *inputs, struct run *run,
                            enum bd_fragment_refinement refinement)
 {
-    struct bd_fault fault = {0};
-    if (bd_fragments_run(&context, inputs, run->discontinuity, refinement, &run->fragments, &fault))
-        fail_msg("%s", fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_fragments_run(&context, inputs, run->discontinuity, refinement, &run->fragments,
+                         &detail))
+        fail_msg("%s", detail.message);
     size_t bytes = run->fragments->count * sizeof *run->list;
     run->list = calloc(bytes + 1, 1);
     assert_non_null(run->list);

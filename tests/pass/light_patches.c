@@ -31,8 +31,8 @@ static void light_stays_in_its_room(void **state)
     const struct bd_light_patches_inputs inputs = {
         .points = &spread, .irradiance = irradiance, .count = PATCHES, .slicer = &slicer};
     struct bd_light_patches patches;
-    struct bd_fault fault;
-    assert_int_equal(bd_light_patches_init(&patches, &inputs, &fault), BD_ERR_OK);
+    struct bd_err_detail detail;
+    assert_int_equal(bd_light_patches_init(&patches, &inputs, &detail), BD_ERR_OK);
     double here = 0, there = 0;
     for (uint32_t i = 0; i < PATCHES; i++) {
         const float x = patches.lights[i][0].x, flux = patches.lights[i][2].x;

@@ -114,9 +114,9 @@ static void check(const struct picture *p, const struct bd_discontinuity_setting
     const struct bd_discontinuity_inputs inputs = picture_inputs(p, settings);
     struct bd_discontinuity *discontinuity = discontinuity_of(p, settings);
     struct bd_fragments *fragments;
-    struct bd_fault fault = {0};
-    if (bd_fragments_run(&context, &inputs, discontinuity, refinement, &fragments, &fault))
-        fail_msg("%s", fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_fragments_run(&context, &inputs, discontinuity, refinement, &fragments, &detail))
+        fail_msg("%s", detail.message);
     struct blocks b = blocks_of_device(p, discontinuity);
     uint8_t *marks = fragment_marks(&b, fragments);
     uint32_t finest = settings->finest_level;

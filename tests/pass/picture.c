@@ -12,9 +12,9 @@ int open_device(void **state)
 {
     (void)state;
     const struct bd_gpu_options options = {.device = "auto", .debug = true};
-    struct bd_fault fault = {0};
-    if (bd_gpu_create(&options, &context.gpu, &fault)) {
-        fprintf(stderr, "skipped: %s\n", fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_gpu_create(&options, &context.gpu, &detail)) {
+        fprintf(stderr, "skipped: %s\n", detail.message);
         exit(77);
     }
     bd_slicer_init(&slicer, context.gpu, NULL, NULL);
@@ -165,8 +165,8 @@ static struct bd_tex *make_tex(enum bd_format format, struct picture_size size, 
                                      .height_px = size.height,
                                      .layer_count = layers};
     struct bd_tex *tex;
-    struct bd_fault fault = {0};
-    if (bd_tex_create(context.gpu, &desc, &tex, &fault)) fail_msg("%s", fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_tex_create(context.gpu, &desc, &tex, &detail)) fail_msg("%s", detail.message);
     return tex;
 }
 

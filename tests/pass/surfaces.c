@@ -230,9 +230,9 @@ static void check(const struct picture *p, const struct bd_discontinuity_setting
     const struct bd_discontinuity_inputs inputs = picture_inputs(p, settings);
     struct bd_discontinuity *discontinuity = discontinuity_of(p, settings);
     struct bd_surfaces *surfaces;
-    struct bd_fault fault = {0};
-    if (bd_surfaces_run(&context, &inputs, discontinuity, &surfaces, &fault))
-        fail_msg("%s", fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_surfaces_run(&context, &inputs, discontinuity, &surfaces, &detail))
+        fail_msg("%s", detail.message);
     struct run run = {.picture = p, .finest = settings->finest_level, .tally = tally};
     run.blocks = blocks_of_device(p, discontinuity);
     run.words = stack_of_device(&run.blocks, surfaces->words);

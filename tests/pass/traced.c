@@ -40,11 +40,11 @@ static struct place enter(const char *name, struct bd_scene *scene, uint64_t rep
                           uint32_t threads)
 {
     struct place place = {.name = name, .uploader = {.gpu = context.gpu}};
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     const struct bd_rays_build build = {.repeated_max = repeated_max};
-    if (bd_gpu_scene_create(&place.uploader, scene, &place.scene, &fault) ||
-        bd_rays_create(scene, &build, &place.rays, &fault))
-        fail_msg("%s: %s", name, fault.message);
+    if (bd_gpu_scene_create(&place.uploader, scene, &place.scene, &detail) ||
+        bd_rays_create(scene, &build, &place.rays, &detail))
+        fail_msg("%s: %s", name, detail.message);
     place.tracer = (struct bd_tracer){place.rays, bd_pool_create(threads)};
     return place;
 }
@@ -112,8 +112,8 @@ static struct look look_by_camera(const struct place *place, const struct bd_vie
     const struct bd_gbuffer_inputs inputs = {
         .scene = place->scene, .viewpoint = viewpoint, .tracer = tracer_of(place, way)};
     struct bd_gbuffer *gbuffer;
-    struct bd_fault fault = {0};
-    if (bd_gbuffer_render(&context, &inputs, &gbuffer, &fault)) fail_msg("%s", fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_gbuffer_render(&context, &inputs, &gbuffer, &detail)) fail_msg("%s", detail.message);
     struct look look = {viewpoint->width_px, viewpoint->height_px, NULL, NULL};
     const size_t pixels = (size_t)look.width * look.height;
     look.ids = read_layer(gbuffer->triangle, 0, sizeof *look.ids);
@@ -143,10 +143,10 @@ static struct look look_by_shadow_map(const struct place *place, const struct bd
                                       uint32_t face, uint32_t side_px, enum way way)
 {
     struct bd_shadow_map *map;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     if (bd_shadow_map_render(&context, place->scene, light, side_px, tracer_of(place, way), &map,
-                             &fault))
-        fail_msg("%s", fault.message);
+                             &detail))
+        fail_msg("%s", detail.message);
     const struct look look = {side_px, side_px, read_layer(map->ids, face, sizeof(uint32_t)), NULL};
     bd_shadow_map_destroy(context.gpu, &map);
     return look;
@@ -158,9 +158,9 @@ static struct look look_by_rsm(const struct place *place, const struct bd_light_
     const struct bd_rsm_inputs inputs = {
         .scene = place->scene, .light = light, .side_px = side_px, .tracer = tracer_of(place, way)};
     struct bd_rsm *rsm;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     struct look look = look_by_shadow_map(place, light, face, side_px, way);
-    if (bd_rsm_render(&context, &inputs, &rsm, &fault)) fail_msg("%s", fault.message);
+    if (bd_rsm_render(&context, &inputs, &rsm, &detail)) fail_msg("%s", detail.message);
     const size_t texels = (size_t)side_px * side_px;
     look.values = allocate(texels, sizeof *look.values);
     float *position = read_layer(rsm->position, face, 4 * sizeof *position);
@@ -316,10 +316,10 @@ static void scenes_of_the_lists_are_seen_alike(void **unused)
     (void)unused;
     for (int i = 0; i < file_count; i++) {
         struct bd_scene *scene = NULL;
-        struct bd_fault fault = {0};
+        struct bd_err_detail detail = {0};
         const char *slash = strrchr(files[i], '/');
-        if (load_scene(files[i], &scene, &fault)) {
-            printf("left out: %s\n", fault.message);
+        if (load_scene(files[i], &scene, &detail)) {
+            printf("left out: %s\n", detail.message);
             continue;
         }
         // In a garden leaves are as small as pixels.
@@ -434,8 +434,8 @@ static struct stage *create_workshop(double size, double offset)
         for (int i = 0; i < 15; i++) at[i] *= i % 4 == 3 || (i < 12 && !is_shape) ? 1 : size;
         at[12] += offset, at[13] -= offset, at[14] += 0.5 * offset;
     }
-    struct bd_fault fault = {0};
-    if (bd_scene_finish(stage->scene, &fault)) fail_msg("%s", fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_scene_finish(stage->scene, &detail)) fail_msg("%s", detail.message);
     return stage;
 }
 

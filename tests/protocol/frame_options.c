@@ -33,16 +33,16 @@ static void every_field_has_a_row_and_every_row_a_field(void **state)
 static void names_are_as_on_a_command_line(void **state)
 {
     (void)state;
-    struct bd_fault fault = {0};
-    assert_string_equal(bd_frame_option_named("deadline-ms", &fault)->name, "deadline_ms");
-    assert_string_equal(bd_frame_option_named("set", &fault)->name, "parameters");
-    assert_string_equal(bd_frame_option_named("plan", &fault)->name, "plan_only");
+    struct bd_err_detail detail = {0};
+    assert_string_equal(bd_frame_option_named("deadline-ms", &detail)->name, "deadline_ms");
+    assert_string_equal(bd_frame_option_named("set", &detail)->name, "parameters");
+    assert_string_equal(bd_frame_option_named("plan", &detail)->name, "plan_only");
     static const char *const wrong[] = {"",      "-",         "siz",  "sizes",
                                         "size ", "deadline_", "Size", "aa=1"};
     for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++)
-        assert_null(bd_frame_option_named(wrong[i], &fault));
-    assert_null(bd_frame_option_named("expsure", &fault));
-    assert_non_null(strstr(fault.message, "did you mean \"exposure\"?"));
+        assert_null(bd_frame_option_named(wrong[i], &detail));
+    assert_null(bd_frame_option_named("expsure", &detail));
+    assert_non_null(strstr(detail.message, "did you mean \"exposure\"?"));
 }
 
 // What is refused says what would be taken, and leaves no value behind that is not allowed.
@@ -92,20 +92,20 @@ static void values(void **state)
     };
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         const struct bd_frame_option *option = bd_frame_option_named(cases[i].name, NULL);
-        struct bd_fault fault;
+        struct bd_err_detail detail;
         for (int k = 0; k < 4 && cases[i].good[k]; k++) {
             Bounced__FrameRequest *request = new_request();
-            if (bd_frame_option_set(option, cases[i].good[k], request, &fault))
-                fail_msg("%s", fault.message);
-            assert_int_equal(bd_frame_options_check(request, &fault), BD_ERR_OK);
+            if (bd_frame_option_set(option, cases[i].good[k], request, &detail))
+                fail_msg("%s", detail.message);
+            assert_int_equal(bd_frame_options_check(request, &detail), BD_ERR_OK);
             bounced__frame_request__free_unpacked(request, NULL);
         }
         for (int k = 0; k < 12 && cases[i].bad[k]; k++) {
             Bounced__FrameRequest *request = new_request();
-            if (bd_frame_option_set(option, cases[i].bad[k], request, &fault) != BD_ERR_USAGE)
+            if (bd_frame_option_set(option, cases[i].bad[k], request, &detail) != BD_ERR_USAGE)
                 fail_msg("%s=%s was taken", cases[i].name, cases[i].bad[k]);
-            if (!strchr(cases[i].bad[k], ':') && !strstr(fault.message, cases[i].takes))
-                fail_msg("%s; wanted %s", fault.message, cases[i].takes);
+            if (!strchr(cases[i].bad[k], ':') && !strstr(detail.message, cases[i].takes))
+                fail_msg("%s; wanted %s", detail.message, cases[i].takes);
             bounced__frame_request__free_unpacked(request, NULL);
         }
     }
@@ -115,36 +115,36 @@ static void values(void **state)
 static void checks_name_the_field_and_its_range(void **state)
 {
     (void)state;
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     Bounced__FrameRequest *request = new_request();
-    assert_int_equal(bd_frame_options_check(request, &fault), BD_ERR_OK);
+    assert_int_equal(bd_frame_options_check(request, &detail), BD_ERR_OK);
     request->has_aa = 1;
     request->aa = 65;
-    assert_int_equal(bd_frame_options_check(request, &fault), BD_ERR_USAGE);
-    assert_string_equal(fault.field, "aa");
-    assert_string_equal(fault.message, "aa is a whole number from 1 to 64, not \"65\"");
+    assert_int_equal(bd_frame_options_check(request, &detail), BD_ERR_USAGE);
+    assert_string_equal(detail.field, "aa");
+    assert_string_equal(detail.message, "aa is a whole number from 1 to 64, not \"65\"");
     request->aa = 64;
     request->fresh = (char *)"never";
-    assert_int_equal(bd_frame_options_check(request, &fault), BD_ERR_USAGE);
-    assert_string_equal(fault.message, "fresh is none, camera or all, not \"never\"");
+    assert_int_equal(bd_frame_options_check(request, &detail), BD_ERR_USAGE);
+    assert_string_equal(detail.message, "fresh is none, camera or all, not \"never\"");
     free(request);
 }
 
 static void both_errors_are_against_one_thing(void **state)
 {
     (void)state;
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     Bounced__FrameRequest *request = new_request();
     const struct bd_frame_option *check = bd_frame_option_named("check", NULL);
     const struct bd_frame_option *target = bd_frame_option_named("target_error", NULL);
-    assert_int_equal(bd_frame_option_set(check, "64:model", request, &fault), BD_ERR_OK);
+    assert_int_equal(bd_frame_option_set(check, "64:model", request, &detail), BD_ERR_OK);
     assert_string_equal(request->against, "model");
-    assert_int_equal(bd_frame_option_set(target, "3", request, &fault), BD_ERR_OK);
+    assert_int_equal(bd_frame_option_set(target, "3", request, &detail), BD_ERR_OK);
     assert_string_equal(request->against, "model");
-    assert_int_equal(bd_frame_option_set(target, "3:full", request, &fault), BD_ERR_USAGE);
-    assert_non_null(strstr(fault.message, "one thing"));
-    assert_int_equal(bd_frame_option_set(target, "3:half", request, &fault), BD_ERR_USAGE);
-    assert_string_equal(fault.field, "against");
+    assert_int_equal(bd_frame_option_set(target, "3:full", request, &detail), BD_ERR_USAGE);
+    assert_non_null(strstr(detail.message, "one thing"));
+    assert_int_equal(bd_frame_option_set(target, "3:half", request, &detail), BD_ERR_USAGE);
+    assert_string_equal(detail.field, "against");
     bounced__frame_request__free_unpacked(request, NULL);
 }
 

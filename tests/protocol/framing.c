@@ -96,7 +96,7 @@ static void empty_parts_are_fine(void **state)
 }
 
 static enum bd_err feed_lengths(uint32_t total, uint32_t header_len, size_t size,
-                                struct bd_fault *fault)
+                                struct bd_err_detail *detail)
 {
     uint8_t prefix[8];
     for (int i = 0; i < 4; i++) {
@@ -106,7 +106,7 @@ static enum bd_err feed_lengths(uint32_t total, uint32_t header_len, size_t size
     struct bd_decoder decoder;
     bd_decoder_init(&decoder, 64, 16);
     size_t taken;
-    enum bd_err err = bd_decoder_feed(&decoder, prefix, size, &taken, fault);
+    enum bd_err err = bd_decoder_feed(&decoder, prefix, size, &taken, detail);
     assert_null(decoder.buffer); // nothing is allocated for a promise
     bd_decoder_finish(&decoder);
     return err;
@@ -115,17 +115,17 @@ static enum bd_err feed_lengths(uint32_t total, uint32_t header_len, size_t size
 static void lengths_are_checked_before_anything_is_allocated(void **state)
 {
     (void)state;
-    struct bd_fault fault;
-    assert_int_equal(feed_lengths(64, 16, 8, &fault), BD_ERR_OK);
-    assert_int_equal(feed_lengths(65, 16, 4, &fault), BD_ERR_LIMIT); // after four bytes already
-    assert_string_equal(fault.field, "message_bytes");
-    assert_int_equal(feed_lengths(UINT32_MAX, UINT32_MAX, 8, &fault), BD_ERR_LIMIT);
-    assert_int_equal(feed_lengths(64, 17, 8, &fault), BD_ERR_LIMIT);
-    assert_string_equal(fault.field, "header_bytes");
-    assert_int_equal(feed_lengths(10, 7, 8, &fault), BD_ERR_BAD_INPUT);
-    assert_int_equal(feed_lengths(4, UINT32_MAX, 8, &fault), BD_ERR_BAD_INPUT);
+    struct bd_err_detail detail;
+    assert_int_equal(feed_lengths(64, 16, 8, &detail), BD_ERR_OK);
+    assert_int_equal(feed_lengths(65, 16, 4, &detail), BD_ERR_LIMIT); // after four bytes already
+    assert_string_equal(detail.field, "message_bytes");
+    assert_int_equal(feed_lengths(UINT32_MAX, UINT32_MAX, 8, &detail), BD_ERR_LIMIT);
+    assert_int_equal(feed_lengths(64, 17, 8, &detail), BD_ERR_LIMIT);
+    assert_string_equal(detail.field, "header_bytes");
+    assert_int_equal(feed_lengths(10, 7, 8, &detail), BD_ERR_BAD_INPUT);
+    assert_int_equal(feed_lengths(4, UINT32_MAX, 8, &detail), BD_ERR_BAD_INPUT);
     for (uint32_t total = 0; total < 4; total++)
-        assert_int_equal(feed_lengths(total, 0, 4, &fault), BD_ERR_BAD_INPUT);
+        assert_int_equal(feed_lengths(total, 0, 4, &detail), BD_ERR_BAD_INPUT);
 }
 
 static void memory_follows_what_arrived(void **state)

@@ -11,9 +11,9 @@
 #include "cmocka_all.h"
 
 static enum bd_err read_text(const char *text, const ProtobufCMessageDescriptor *descriptor,
-                             ProtobufCMessage **out, struct bd_fault *fault)
+                             ProtobufCMessage **out, struct bd_err_detail *detail)
 {
-    return bd_json_text_to_message(text, strlen(text), descriptor, out, fault);
+    return bd_json_text_to_message(text, strlen(text), descriptor, out, detail);
 }
 
 // Reads, writes and compares: what comes out is the canonical form of what went in.
@@ -21,8 +21,8 @@ static void assert_round_trip(const ProtobufCMessageDescriptor *descriptor, cons
                               const char *expected)
 {
     ProtobufCMessage *message = NULL;
-    struct bd_fault fault = {0};
-    if (read_text(in, descriptor, &message, &fault)) fail_msg("%s", fault.message);
+    struct bd_err_detail detail = {0};
+    if (read_text(in, descriptor, &message, &detail)) fail_msg("%s", detail.message);
     char *out = bd_json_text_from_message(message);
     assert_string_equal(out, expected);
     free(out);
@@ -134,12 +134,12 @@ static void wrong_types_are_refused_with_their_path(void **state)
     };
     for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++) {
         ProtobufCMessage *message = NULL;
-        struct bd_fault fault = {0};
-        assert_int_equal(read_text(bad[i].text, &bounced__render__descriptor, &message, &fault),
+        struct bd_err_detail detail = {0};
+        assert_int_equal(read_text(bad[i].text, &bounced__render__descriptor, &message, &detail),
                          BD_ERR_BAD_INPUT);
         assert_null(message);
-        assert_string_equal(fault.field, bad[i].path);
-        assert_true(fault.message[0] != 0);
+        assert_string_equal(detail.field, bad[i].path);
+        assert_true(detail.message[0] != 0);
     }
 }
 
@@ -158,14 +158,15 @@ static void unknown_names_are_refused_with_their_path(void **state)
     };
     for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++) {
         ProtobufCMessage *message = NULL;
-        struct bd_fault fault = {0};
-        assert_int_equal(read_text(bad[i].text, &bounced__edit_batch__descriptor, &message, &fault),
-                         BD_ERR_USAGE);
+        struct bd_err_detail detail = {0};
+        assert_int_equal(
+            read_text(bad[i].text, &bounced__edit_batch__descriptor, &message, &detail),
+            BD_ERR_USAGE);
         assert_null(message);
-        assert_string_equal(fault.field, bad[i].path);
-        const size_t length = strlen(fault.message), end = strlen(bad[i].hint);
+        assert_string_equal(detail.field, bad[i].path);
+        const size_t length = strlen(detail.message), end = strlen(bad[i].hint);
         assert_true(length >= end);
-        assert_string_equal(fault.message + length - end, bad[i].hint);
+        assert_string_equal(detail.message + length - end, bad[i].hint);
     }
 }
 
@@ -174,11 +175,11 @@ static void no_body_is_an_empty_one(void **state)
 {
     (void)state;
     ProtobufCMessage *message = NULL;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     assert_int_equal(
-        bd_json_text_to_message(NULL, 0, &bounced__render__descriptor, &message, &fault),
+        bd_json_text_to_message(NULL, 0, &bounced__render__descriptor, &message, &detail),
         BD_ERR_BAD_INPUT);
-    assert_string_equal(fault.message, "the body is empty");
+    assert_string_equal(detail.message, "the body is empty");
 }
 
 // Truncation of a valid body at every byte is refused and leaks nothing.

@@ -48,16 +48,16 @@ static void nonsense_is_refused_by_name(void **state)
                                       "connections=99999999999999999999"};
     for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++) {
         struct bd_limits limits = bd_limits_default;
-        struct bd_fault fault;
-        assert_int_equal(bd_limits_set(&limits, bad[i], &fault), BD_ERR_USAGE);
+        struct bd_err_detail detail;
+        assert_int_equal(bd_limits_set(&limits, bad[i], &detail), BD_ERR_USAGE);
         assert_memory_equal(&limits, &bd_limits_default, sizeof limits);
-        assert_true(fault.message[0] != 0);
+        assert_true(detail.message[0] != 0);
     }
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     struct bd_limits limits = bd_limits_default;
-    assert_int_equal(bd_limits_set(&limits, "connections=0", &fault), BD_ERR_USAGE);
-    assert_string_equal(fault.field, "connections");
-    assert_non_null(strstr(fault.message, "65536"));
+    assert_int_equal(bd_limits_set(&limits, "connections=0", &detail), BD_ERR_USAGE);
+    assert_string_equal(detail.field, "connections");
+    assert_non_null(strstr(detail.message, "65536"));
 }
 
 int main(void)

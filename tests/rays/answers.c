@@ -80,8 +80,8 @@ static struct stage *create_soup(double size, double offset)
         for (int i = 0; i < 15; i++) m[i] *= i % 4 == 3 ? 1 : size;
         m[12] += offset, m[13] -= offset, m[14] += 0.5 * offset;
     }
-    struct bd_fault fault = {0};
-    if (bd_scene_finish(stage->scene, &fault)) fail_msg("%s", fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_scene_finish(stage->scene, &detail)) fail_msg("%s", detail.message);
     return stage;
 }
 
@@ -90,8 +90,8 @@ static struct bd_rays *create_rays(struct bd_scene *scene, uint64_t repeated_max
 {
     const struct bd_rays_build build = {.thread_count = 2, .repeated_max = repeated_max};
     struct bd_rays *rays = NULL;
-    struct bd_fault fault = {0};
-    if (bd_rays_create(scene, &build, &rays, &fault)) fail_msg("%s", fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_rays_create(scene, &build, &rays, &detail)) fail_msg("%s", detail.message);
     return rays;
 }
 
@@ -330,8 +330,8 @@ static void no_surface_blocks_what_starts_or_ends_on_it(void **unused)
         stage_sphere(stage, stage_material(stage, 0.5f), centre, worlds[w].size, 4, true);
         double *m = stage->scene->nodes[0].parent_from_node.m;
         m[12] = worlds[w].offset, m[14] = -worlds[w].offset;
-        struct bd_fault fault = {0};
-        assert_int_equal(bd_scene_finish(stage->scene, &fault), 0);
+        struct bd_err_detail detail = {0};
+        assert_int_equal(bd_scene_finish(stage->scene, &detail), 0);
         struct bd_rays *rays = create_rays(stage->scene, w % 2 ? BD_RAYS_REPEATED_MAX : 0);
         uint64_t count;
         bd_dvec3 *corners = list_triangles(stage->scene, &count, NULL);
@@ -440,8 +440,8 @@ static struct stage *create_square(enum bd_alpha_mode mode, float alpha)
     struct bd_material *m = stage_material_at(stage, material);
     m->alpha_mode = mode;
     m->base_color[3] = alpha;
-    struct bd_fault fault = {0};
-    assert_int_equal(bd_scene_finish(stage->scene, &fault), 0);
+    struct bd_err_detail detail = {0};
+    assert_int_equal(bd_scene_finish(stage->scene, &detail), 0);
     return stage;
 }
 

@@ -18,10 +18,10 @@ void both_open(struct both *both)
 {
     const char *device = getenv("BOUNCED_TEST_DEVICE");
     const struct bd_gpu_options options = {.device = device ? device : "auto", .debug = true};
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     *both = (struct both){.chances = 88172645463325252u};
-    if (bd_gpu_create(&options, &both->context.gpu, &fault)) {
-        fprintf(stderr, "skipped: %s\n", fault.message);
+    if (bd_gpu_create(&options, &both->context.gpu, &detail)) {
+        fprintf(stderr, "skipped: %s\n", detail.message);
         exit(77);
     }
     bd_slicer_init(&both->slicer, both->context.gpu, NULL, NULL);
@@ -36,17 +36,17 @@ void both_close(struct both *both)
     bd_gpu_destroy(&both->context.gpu);
 }
 
-enum bd_err both_take(struct both *both, struct bd_scene *scene, struct bd_fault *fault)
+enum bd_err both_take(struct both *both, struct bd_scene *scene, struct bd_err_detail *detail)
 {
     const struct bd_rays_build build = {.repeated_max = BD_RAYS_REPEATED_MAX};
     struct bd_rays *rays = NULL;
     uint64_t start_ns = bd_clock_ns();
-    enum bd_err err = bd_ray_nodes_create(scene, &build, UINT64_MAX, &both->nodes, fault);
+    enum bd_err err = bd_ray_nodes_create(scene, &build, UINT64_MAX, &both->nodes, detail);
     if (!err)
-        err = bd_occluders_upload(&both->context, both->nodes, &both->occluders[DEVICE], fault);
+        err = bd_occluders_upload(&both->context, both->nodes, &both->occluders[DEVICE], detail);
     both->built_ms[DEVICE] = bd_ms_since(start_ns);
     start_ns = bd_clock_ns();
-    if (!err) err = bd_rays_create(scene, &build, &rays, fault);
+    if (!err) err = bd_rays_create(scene, &build, &rays, detail);
     both->built_ms[PROCESSOR] = bd_ms_since(start_ns);
     if (!err) both->occluders[PROCESSOR] = bd_occluders_of_rays(&rays);
     if (err) both_drop(both);
@@ -60,10 +60,10 @@ void both_drop(struct both *both)
     bd_ray_nodes_destroy(&both->nodes);
 }
 
-static void must(enum bd_err err, const struct bd_fault *fault)
+static void must(enum bd_err err, const struct bd_err_detail *detail)
 {
     if (!err) return;
-    fprintf(stderr, "rays: %s\n", fault->message);
+    fprintf(stderr, "rays: %s\n", detail->message);
     abort();
 }
 
@@ -74,13 +74,13 @@ struct bd_ray_counts both_ask(struct both *both, enum executor executor, enum bd
     const struct bd_visibility_inputs inputs = {both->occluders[executor], both->pool, alpha};
     struct bd_gpu *gpu = both->context.gpu;
     struct bd_segments *slice;
-    struct bd_fault fault = {0};
-    must(bd_segments_create(gpu, count < most ? count : most, &slice, &fault), &fault);
+    struct bd_err_detail detail = {0};
+    must(bd_segments_create(gpu, count < most ? count : most, &slice, &detail), &detail);
     for (size_t at = 0, part; at < count; at += part) {
         part = count - at < most ? count - at : most;
         bd_buf_upload(gpu, slice->segments, 0, segments + at, part * sizeof *segments);
-        must(bd_visibility_run(&both->context, &inputs, slice, part, &fault), &fault);
-        must(bd_buf_read(gpu, slice->occluded, 0, bits + at / 32, (part + 31) / 32 * 4), &fault);
+        must(bd_visibility_run(&both->context, &inputs, slice, part, &detail), &detail);
+        must(bd_buf_read(gpu, slice->occluded, 0, bits + at / 32, (part + 31) / 32 * 4), &detail);
     }
     const struct bd_ray_counts traced = slice->traced;
     bd_segments_destroy(gpu, &slice);
@@ -92,8 +92,8 @@ struct bd_ray_counts both_meet(struct both *both, enum executor executor, enum b
 {
     const struct bd_visibility_inputs inputs = {both->occluders[executor], both->pool, alpha};
     struct bd_ray_counts traced = {0};
-    struct bd_fault fault = {0};
-    must(bd_nearest_ask(&both->context, &inputs, rays, count, hits, &traced, &fault), &fault);
+    struct bd_err_detail detail = {0};
+    must(bd_nearest_ask(&both->context, &inputs, rays, count, hits, &traced, &detail), &detail);
     return traced;
 }
 

@@ -24,7 +24,7 @@ struct both {
 void both_open(struct both *both);
 void both_close(struct both *both);
 // Retains the scene. BD_ERR_UNSUPPORTED where it is the processor's alone; nothing is made then.
-enum bd_err both_take(struct both *both, struct bd_scene *scene, struct bd_fault *fault);
+enum bd_err both_take(struct both *both, struct bd_scene *scene, struct bd_err_detail *detail);
 void both_drop(struct both *both);
 
 // Bits as of bd_rays_occluded, of (count + 31) / 32 words and one behind, which must stay as it is;

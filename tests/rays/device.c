@@ -35,15 +35,15 @@ static struct stage *create_triangles(uint32_t count, make_triangle *make)
 
 static void finish(struct stage *stage)
 {
-    struct bd_fault fault = {0};
-    if (bd_scene_finish(stage->scene, &fault)) fail_msg("%s", fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_scene_finish(stage->scene, &detail)) fail_msg("%s", detail.message);
 }
 
 static void take(struct stage *stage)
 {
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     finish(stage);
-    if (both_take(&both, stage->scene, &fault)) fail_msg("%s", fault.message);
+    if (both_take(&both, stage->scene, &detail)) fail_msg("%s", detail.message);
 }
 
 static void drop(struct stage **stage)
@@ -561,8 +561,8 @@ static bool stop(void *user)
 static enum bd_err create_nodes(struct stage *stage, const struct bd_rays_build *build,
                                 uint64_t bytes_max, struct bd_ray_nodes **out)
 {
-    struct bd_fault fault = {0};
-    const enum bd_err err = bd_ray_nodes_create(stage->scene, build, bytes_max, out, &fault);
+    struct bd_err_detail detail = {0};
+    const enum bd_err err = bd_ray_nodes_create(stage->scene, build, bytes_max, out, &detail);
     assert_int_equal(err != BD_ERR_OK, *out == NULL);
     return err;
 }

@@ -146,8 +146,8 @@ static struct stage *create_stage(const struct world *world)
         for (int i = 0; i < 15; i++) m[i] *= i % 4 == 3 ? 1 : world->size;
         m[12] += world->offset, m[13] -= world->offset, m[14] += 0.5 * world->offset;
     }
-    struct bd_fault fault = {0};
-    if (bd_scene_finish(stage->scene, &fault)) fail_msg("%s", fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_scene_finish(stage->scene, &detail)) fail_msg("%s", detail.message);
     return stage;
 }
 
@@ -285,10 +285,10 @@ static struct bd_rays *create_rays(struct bd_scene *scene, const struct bd_rays 
 {
     const struct bd_rays_build build = {.thread_count = 2, .repeated_max = repeated_max};
     struct bd_rays *rays = NULL;
-    struct bd_fault fault = {0};
-    if (earlier ? bd_rays_follow(earlier, scene, &build, &rays, &fault)
-                : bd_rays_create(scene, &build, &rays, &fault))
-        fail_msg("%s", fault.message);
+    struct bd_err_detail detail = {0};
+    if (earlier ? bd_rays_follow(earlier, scene, &build, &rays, &detail)
+                : bd_rays_create(scene, &build, &rays, &detail))
+        fail_msg("%s", detail.message);
     return rays;
 }
 

@@ -34,8 +34,8 @@ static struct stage *create_sheet(uint32_t side)
     }
     stage_triangles(stage, stage_material(stage, 0.5f), positions, NULL, indices, 6 * side * side);
     stage_camera(stage, (const double[3]){.5, 1, .5}, (const double[3]){.5, 0, .5}, 0.5);
-    struct bd_fault fault = {0};
-    if (bd_scene_finish(stage->scene, &fault)) fail_msg("finish: %s", fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_scene_finish(stage->scene, &detail)) fail_msg("finish: %s", detail.message);
     free(positions);
     free(indices);
     return stage;
@@ -61,21 +61,21 @@ static enum bd_err should_stop(void *user)
 static void assert_stops(struct stage *stage, struct patience *patience)
 {
     struct bd_reference *reference = NULL;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     enum bd_err err =
-        bd_reference_create(stage->scene, 2, should_stop, patience, &reference, &fault);
+        bd_reference_create(stage->scene, 2, should_stop, patience, &reference, &detail);
     if (!err) bd_reference_destroy(&reference);
     assert_int_equal(err, patience->answer);
     assert_null(reference);
-    assert_string_equal(fault.message, ""); // who stopped it knows why
+    assert_string_equal(detail.message, ""); // who stopped it knows why
     assert_int_equal(stage->scene->reference_count, 1);
 }
 
 static void build(struct stage *stage)
 {
-    struct bd_fault fault = {0};
-    if (bd_reference_create(stage->scene, 2, NULL, NULL, &stage->reference, &fault))
-        fail_msg("reference: %s", fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_reference_create(stage->scene, 2, NULL, NULL, &stage->reference, &detail))
+        fail_msg("reference: %s", detail.message);
 }
 
 static void assert_traces(struct stage *stage)

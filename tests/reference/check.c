@@ -173,9 +173,9 @@ static struct bd_check_result check(struct picture *p, uint32_t pixel_count, uin
     options.seed = seed;
     const struct bd_check_tracer tracer = {trace, loop, p, NULL};
     struct bd_check_result result;
-    struct bd_fault fault = {0};
-    if (bd_check_run(&frame, &options, &tracer, cache, &result, &fault))
-        fail_msg("%s", fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_check_run(&frame, &options, &tracer, cache, &result, &detail))
+        fail_msg("%s", detail.message);
     return result;
 }
 
@@ -384,9 +384,9 @@ static void test_stops(void **state)
     const struct bd_check_frame frame = {.beauty = p.beauty};
     const struct bd_check_tracer tracer = {trace, loop, &p, NULL};
     struct bd_check_result result;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     assert_int_equal(
-        bd_check_run(&frame, &bd_check_options_default, &tracer, NULL, &result, &fault),
+        bd_check_run(&frame, &bd_check_options_default, &tracer, NULL, &result, &detail),
         BD_ERR_CANCELLED);
     free_picture(&p);
 }
@@ -399,14 +399,14 @@ static void test_refuses(void **state)
     struct bd_check_options options = bd_check_options_default;
     const struct bd_check_tracer tracer = {trace, loop, &p, NULL};
     struct bd_check_result result;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     options.pixel_count = 15;
-    assert_int_equal(bd_check_run(&frame, &options, &tracer, NULL, &result, &fault), BD_ERR_USAGE);
-    assert_string_equal(fault.field, "check");
+    assert_int_equal(bd_check_run(&frame, &options, &tracer, NULL, &result, &detail), BD_ERR_USAGE);
+    assert_string_equal(detail.field, "check");
     options.pixel_count = 16;
     frame.depth = p.indirect;
-    assert_int_equal(bd_check_run(&frame, &options, &tracer, NULL, &result, &fault), BD_ERR_USAGE);
-    assert_string_equal(fault.field, "layers");
+    assert_int_equal(bd_check_run(&frame, &options, &tracer, NULL, &result, &detail), BD_ERR_USAGE);
+    assert_string_equal(detail.field, "layers");
     free_picture(&p);
 }
 
@@ -418,8 +418,8 @@ static void test_plan(void **state)
         struct picture p = make_picture(KIND_SPIKES, n);
         const struct bd_check_frame frame = {.beauty = p.beauty, .indirect = p.indirect};
         struct bd_check_plan plan;
-        struct bd_fault fault;
-        assert_int_equal(bd_check_plan_make(&frame, n, 3, &plan, &fault), BD_ERR_OK);
+        struct bd_err_detail detail;
+        assert_int_equal(bd_check_plan_make(&frame, n, 3, &plan, &detail), BD_ERR_OK);
         assert_int_equal(plan.sample_count, n);
         uint64_t pixels = 0;
         uint32_t samples = 0;

@@ -69,9 +69,9 @@ static struct bd_tree_light light_at(const void *user, uint32_t index)
 static struct bd_light_tree tree_of(const struct cloud *cloud, bool is_lamps)
 {
     struct bd_light_tree tree;
-    struct bd_fault fault = {0};
-    if (bd_light_tree_init(&tree, cloud->count, is_lamps, light_at, cloud, &fault))
-        fail_msg("%s", fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_light_tree_init(&tree, cloud->count, is_lamps, light_at, cloud, &detail))
+        fail_msg("%s", detail.message);
     return tree;
 }
 

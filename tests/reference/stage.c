@@ -30,11 +30,11 @@ void stage_destroy(struct stage **stage)
 
 void stage_finish(struct stage *stage, uint32_t thread_count)
 {
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     if (stage->reference) return;
-    if (bd_scene_finish(stage->scene, &fault)) fail_msg("finish: %s", fault.message);
-    if (bd_reference_create(stage->scene, thread_count, NULL, NULL, &stage->reference, &fault))
-        fail_msg("reference: %s", fault.message);
+    if (bd_scene_finish(stage->scene, &detail)) fail_msg("finish: %s", detail.message);
+    if (bd_reference_create(stage->scene, thread_count, NULL, NULL, &stage->reference, &detail))
+        fail_msg("reference: %s", detail.message);
 }
 
 // --- building -----------------------------------------------------------------------------------

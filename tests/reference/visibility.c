@@ -437,8 +437,8 @@ static void vertices_out_of_range_are_left_out(void **state)
         stage_finish(s, 1); // bounds are of sound vertices, as an import's are
         bd_reference_destroy(&s->reference);
         for (int v = 0; v < 6; v++) s->scene->meshes[1]->primitives[0].position[3 * v] = spoilt[i];
-        struct bd_fault fault = {0};
-        assert_int_equal(bd_reference_create(s->scene, 1, NULL, NULL, &s->reference, &fault),
+        struct bd_err_detail detail = {0};
+        assert_int_equal(bd_reference_create(s->scene, 1, NULL, NULL, &s->reference, &detail),
                          BD_ERR_OK);
         struct bd_reference_pixel pixel = trace_pixel(s, camera);
         assert_int_equal(pixel.coverage, 16);

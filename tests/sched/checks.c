@@ -38,27 +38,27 @@ static struct bd_scene *create_scene(void)
     world_add_quad(&builder, material, wall, 1);
     world_add_light(&builder, BD_LIGHT_POINT, lamp, down, 1);
     world_add_camera(&builder, eye, origin, 1.2);
-    struct bd_fault fault = {0};
-    assert_int_equal(bd_scene_finish(builder.scene, &fault), BD_ERR_OK);
+    struct bd_err_detail detail = {0};
+    assert_int_equal(bd_scene_finish(builder.scene, &detail), BD_ERR_OK);
     return builder.scene;
 }
 
 static struct bd_job_request request_of(const char *technique, const char *setting)
 {
     struct bd_job_request request = {.scene = scene, .frame = bd_frame_request_default};
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     snprintf(request.frame.technique, sizeof request.frame.technique, "%s", technique);
     request.frame.width_px = request.frame.height_px = SIDE;
     if (setting)
-        assert_int_equal(bd_param_list_add(&request.frame.params, setting, &fault), BD_ERR_OK);
+        assert_int_equal(bd_param_list_add(&request.frame.params, setting, &detail), BD_ERR_OK);
     return request;
 }
 
 static struct bd_job *submit(const struct bd_job_request *request)
 {
     struct bd_job *job;
-    struct bd_fault fault = {0};
-    if (bd_sched_submit(sched, request, &job, &fault)) fail_msg("%s", fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_sched_submit(sched, request, &job, &detail)) fail_msg("%s", detail.message);
     return job;
 }
 
@@ -66,7 +66,7 @@ static struct bd_job *run(const struct bd_job_request *request)
 {
     struct bd_job *job = submit(request);
     bd_job_wait(job);
-    if (bd_job_result(job)->err) fail_msg("%s", bd_job_result(job)->fault.message);
+    if (bd_job_result(job)->err) fail_msg("%s", bd_job_result(job)->detail.message);
     return job;
 }
 
@@ -88,10 +88,10 @@ static const char *param(const struct bd_report *report, const char *key)
 static double full_error(const struct bd_image *beauty, const char *setting)
 {
     struct bd_job_request request = request_of("reference", setting);
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     request.frame.layers |= bd_layers_named("halves");
     request.frame.seed = 999;
-    assert_int_equal(bd_param_list_add(&request.frame.params, "spp=256", &fault), BD_ERR_OK);
+    assert_int_equal(bd_param_list_add(&request.frame.params, "spp=256", &detail), BD_ERR_OK);
     struct bd_job *job = run(&request);
     struct bd_image *const *layers = bd_job_result(job)->layers;
     const float *a = layers[BD_LAYER_HALF_A]->pixels, *b = layers[BD_LAYER_HALF_B]->pixels;
@@ -271,10 +271,10 @@ static void what_auto_cannot_reach_is_traced(void **state)
 static double mean_indirect(const char *setting)
 {
     struct bd_job_request request = request_of("reference", "model_of=rsm");
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     request.frame.layers |= 1u << BD_LAYER_INDIRECT;
     if (setting)
-        assert_int_equal(bd_param_list_add(&request.frame.params, setting, &fault), BD_ERR_OK);
+        assert_int_equal(bd_param_list_add(&request.frame.params, setting, &detail), BD_ERR_OK);
     struct bd_job *job = run(&request);
     const struct bd_image *indirect = bd_job_result(job)->layers[BD_LAYER_INDIRECT];
     double sum = 0;
@@ -316,8 +316,8 @@ static void rays_are_in_the_model_of_who_traces_them(void **state)
 {
     (void)state;
     struct bd_job_request request = request_of("rsm", "vpls=2000");
-    struct bd_fault fault;
-    assert_int_equal(bd_param_list_add(&request.frame.params, "indirect_visibility=rays", &fault),
+    struct bd_err_detail detail;
+    assert_int_equal(bd_param_list_add(&request.frame.params, "indirect_visibility=rays", &detail),
                      BD_ERR_OK);
     request.frame.check_pixels = 300;
     request.frame.against = BD_AGAINST_MODEL;
@@ -418,9 +418,9 @@ static void stopping_ends_checks(void **state)
 static void refused(struct bd_job_request request, const char *field)
 {
     struct bd_job *job;
-    struct bd_fault fault = {0};
-    assert_int_equal(bd_sched_submit(sched, &request, &job, &fault), BD_ERR_USAGE);
-    assert_string_equal(fault.field, field);
+    struct bd_err_detail detail = {0};
+    assert_int_equal(bd_sched_submit(sched, &request, &job, &detail), BD_ERR_USAGE);
+    assert_string_equal(detail.field, field);
 }
 
 static void what_cannot_be_checked_is_refused_by_name(void **state)
@@ -445,9 +445,9 @@ static int open_all(void **state)
         .device = "auto",
         .queue_length_max = 8,
         .frame_limits = {.side_px_max = 4096, .pixel_count_max = 1u << 24}};
-    struct bd_fault fault = {0};
-    if (bd_sched_create(&options, &sched, &fault)) {
-        fprintf(stderr, "skipped: %s\n", fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_sched_create(&options, &sched, &detail)) {
+        fprintf(stderr, "skipped: %s\n", detail.message);
         exit(77);
     }
     scene = create_scene();

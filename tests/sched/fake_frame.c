@@ -44,11 +44,11 @@ static void assert_own_thread(const struct bd_gpu *gpu)
 }
 
 enum bd_err __wrap_bd_gpu_create(const struct bd_gpu_options *options, struct bd_gpu **out,
-                                 struct bd_fault *fault);
+                                 struct bd_err_detail *detail);
 enum bd_err __wrap_bd_gpu_create(const struct bd_gpu_options *options, struct bd_gpu **out,
-                                 struct bd_fault *fault)
+                                 struct bd_err_detail *detail)
 {
-    (void)options, (void)fault;
+    (void)options, (void)detail;
     struct bd_gpu *gpu = calloc(1, sizeof *gpu);
     BD_ASSERT(gpu);
     gpu->thread = pthread_self();
@@ -192,14 +192,14 @@ enum bd_err __wrap_bd_frame_render(struct bd_renderer *renderer, struct bd_scene
                                    const struct bd_frame_request *request,
                                    enum bd_err (*should_stop)(void *user), void *user,
                                    struct bd_image *layers[BD_LAYER_COUNT],
-                                   struct bd_report *report, struct bd_fault *fault);
+                                   struct bd_report *report, struct bd_err_detail *detail);
 enum bd_err __wrap_bd_frame_render(struct bd_renderer *renderer, struct bd_scene *scene,
                                    const struct bd_frame_request *request,
                                    enum bd_err (*should_stop)(void *user), void *user,
                                    struct bd_image *layers[BD_LAYER_COUNT],
-                                   struct bd_report *report, struct bd_fault *fault)
+                                   struct bd_report *report, struct bd_err_detail *detail)
 {
-    (void)scene, (void)fault;
+    (void)scene, (void)detail;
     assert_own_thread(renderer->gpu);
     BD_ASSERT(!atomic_exchange(&is_rendering, true));
     for (uint32_t l = 0; l < BD_LAYER_COUNT; l++) BD_ASSERT(!layers[l]);

@@ -41,9 +41,9 @@ static struct bd_sched *create_sched(uint32_t threads)
         .reference_threads = threads,
     };
     struct bd_sched *sched;
-    struct bd_fault fault = {0};
-    if (bd_sched_create(&options, &sched, &fault)) {
-        fprintf(stderr, "skipped: %s\n", fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_sched_create(&options, &sched, &detail)) {
+        fprintf(stderr, "skipped: %s\n", detail.message);
         exit(77);
     }
     return sched;
@@ -61,8 +61,8 @@ static struct bd_scene *create_scene(void)
     world_add_quad(&builder, grey, back, 1);
     world_add_light(&builder, BD_LIGHT_POINT, origin, down, 1);
     world_add_camera(&builder, eye, origin, 0.8);
-    struct bd_fault fault = {0};
-    assert_int_equal(bd_scene_finish(builder.scene, &fault), BD_ERR_OK);
+    struct bd_err_detail detail = {0};
+    assert_int_equal(bd_scene_finish(builder.scene, &detail), BD_ERR_OK);
     return builder.scene;
 }
 
@@ -71,7 +71,7 @@ static struct bd_job_request request_of(struct bd_scene *scene, uint32_t side_px
                                         const char *settings)
 {
     struct bd_job_request request = {.scene = scene, .frame = bd_frame_request_default};
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     char copy[200];
     snprintf(request.frame.technique, sizeof request.frame.technique, "reference");
     request.frame.width_px = request.frame.height_px = side_px;
@@ -79,15 +79,15 @@ static struct bd_job_request request_of(struct bd_scene *scene, uint32_t side_px
     snprintf(copy, sizeof copy, "%s", settings);
     char *rest = NULL;
     for (char *word = strtok_r(copy, " ", &rest); word; word = strtok_r(NULL, " ", &rest))
-        assert_int_equal(bd_param_list_add(&request.frame.params, word, &fault), BD_ERR_OK);
+        assert_int_equal(bd_param_list_add(&request.frame.params, word, &detail), BD_ERR_OK);
     return request;
 }
 
 static struct bd_job *submit(struct bd_sched *sched, const struct bd_job_request *request)
 {
     struct bd_job *job;
-    struct bd_fault fault = {0};
-    if (bd_sched_submit(sched, request, &job, &fault)) fail_msg("%s", fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_sched_submit(sched, request, &job, &detail)) fail_msg("%s", detail.message);
     return job;
 }
 
@@ -95,7 +95,7 @@ static struct bd_job *finished(struct bd_sched *sched, const struct bd_job_reque
 {
     struct bd_job *job = submit(sched, request);
     bd_job_wait(job);
-    if (bd_job_result(job)->err) fail_msg("%s", bd_job_result(job)->fault.message);
+    if (bd_job_result(job)->err) fail_msg("%s", bd_job_result(job)->detail.message);
     return job;
 }
 
@@ -395,9 +395,9 @@ static void assert_refused(struct bd_sched *sched, const struct bd_job_request *
                            const char *field)
 {
     struct bd_job *job;
-    struct bd_fault fault = {0};
-    assert_int_equal(bd_sched_submit(sched, request, &job, &fault), BD_ERR_USAGE);
-    assert_string_equal(fault.field, field);
+    struct bd_err_detail detail = {0};
+    assert_int_equal(bd_sched_submit(sched, request, &job, &detail), BD_ERR_USAGE);
+    assert_string_equal(detail.field, field);
 }
 
 static void what_cannot_be_is_refused_by_name(void **state)
@@ -418,10 +418,10 @@ static void what_cannot_be_is_refused_by_name(void **state)
     assert_refused(*state, &request, "spp");
     // 54 planes of 560x560 are 68 MB, of 512x512 57 MB.
     struct bd_job *job;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     request = request_of(scene, 560, "spp=2");
-    assert_int_equal(bd_sched_submit(*state, &request, &job, &fault), BD_ERR_LIMIT);
-    assert_string_equal(fault.field, "reply_bytes");
+    assert_int_equal(bd_sched_submit(*state, &request, &job, &detail), BD_ERR_LIMIT);
+    assert_string_equal(detail.field, "reply_bytes");
     // A frame of the device has neither halves nor regions.
     request = request_of(scene, SIDE, "");
     snprintf(request.frame.technique, sizeof request.frame.technique, "rsm");
@@ -469,8 +469,8 @@ static struct bd_scene *create_large_scene(void)
     world_add_quad(&builder, world_add_material(&builder, 0.5f), corners, 700);
     world_add_light(&builder, BD_LIGHT_POINT, eye, origin, 1);
     world_add_camera(&builder, eye, origin, 0.5);
-    struct bd_fault fault = {0};
-    assert_int_equal(bd_scene_finish(builder.scene, &fault), BD_ERR_OK);
+    struct bd_err_detail detail = {0};
+    assert_int_equal(bd_scene_finish(builder.scene, &detail), BD_ERR_OK);
     return builder.scene;
 }
 
@@ -495,7 +495,7 @@ static void a_job_is_stopped_while_its_scene_is_prepared(void **state)
         assert_int_equal(bd_job_result(job)->err, i ? BD_ERR_DEADLINE : BD_ERR_CANCELLED);
         assert_int_equal(bd_job_result(job)->report.stopped,
                          i ? BD_STOPPED_DEADLINE : BD_STOPPED_CANCELLED);
-        assert_string_equal(bd_job_result(job)->fault.field, i ? "deadline_ms" : "");
+        assert_string_equal(bd_job_result(job)->detail.field, i ? "deadline_ms" : "");
         assert_true(reference_mib(*state) == 0); // what would have been built to the end is kept
         bd_job_release(&job);
     }
@@ -522,7 +522,7 @@ static void a_deadline_is_kept(void **state)
         progress = fmax(progress, bd_job_progress(job));
         assert_int_equal(bd_job_result(job)->err, BD_ERR_DEADLINE);
         assert_int_equal(bd_job_result(job)->report.stopped, BD_STOPPED_DEADLINE);
-        assert_string_equal(bd_job_result(job)->fault.field, "deadline_ms");
+        assert_string_equal(bd_job_result(job)->detail.field, "deadline_ms");
         bd_job_release(&job);
     }
     print_message("    deadline of 300 ms: ended after %.0f ms, at %.2g\n", best, progress);
@@ -584,11 +584,11 @@ static void waiting_references_are_bounded_and_fail_at_the_end(void **state)
     struct bd_sched *sched = create_sched(2);
     const struct bd_job_request endless = request_of(scene, 512, "spp=1048576");
     struct bd_job *jobs[8];
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     int count = 0;
     (void)state;
-    while (count < 8 && !bd_sched_submit(sched, &endless, &jobs[count], &fault)) count++;
-    assert_int_equal(fault.err, BD_ERR_BUSY);
+    while (count < 8 && !bd_sched_submit(sched, &endless, &jobs[count], &detail)) count++;
+    assert_int_equal(detail.err, BD_ERR_BUSY);
     assert_true(count == 4 || count == 5); // one may be running already
     bd_sched_destroy(&sched);
     for (int i = 0; i < count; i++) {

@@ -34,8 +34,8 @@ static struct bd_scene *create_scene(uint8_t id)
     world_add_box_room(&builder, world_add_material(&builder, 0.5f), origin, 1);
     world_add_light(&builder, BD_LIGHT_POINT, origin, down, 1);
     world_add_camera(&builder, eye, origin, 1.2);
-    struct bd_fault fault = {0};
-    assert_int_equal(bd_scene_finish(builder.scene, &fault), BD_ERR_OK);
+    struct bd_err_detail detail = {0};
+    assert_int_equal(bd_scene_finish(builder.scene, &detail), BD_ERR_OK);
     builder.scene->content_sha256[0] = id;
     return builder.scene;
 }
@@ -44,10 +44,10 @@ static struct bd_scene *create_scene(uint8_t id)
 static bool touch(struct bd_reference_runner *runner, struct bd_scene *scene)
 {
     const struct bd_reference *reference;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     bool reused;
     assert_int_equal(
-        bd_reference_runner_take(runner, scene, NULL, NULL, &reference, &reused, &fault),
+        bd_reference_runner_take(runner, scene, NULL, NULL, &reference, &reused, &detail),
         BD_ERR_OK);
     assert_non_null(reference);
     bd_reference_runner_give_back(runner, &reference);
@@ -136,11 +136,12 @@ static void what_is_in_use_stays(void **state)
     struct bd_reference_runner *runner = *state;
     struct bd_scene *scenes[7];
     const struct bd_reference *held;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     bool reused;
     for (uint8_t i = 0; i < 7; i++) scenes[i] = create_scene(i + 1);
     assert_int_equal(
-        bd_reference_runner_take(runner, scenes[0], NULL, NULL, &held, &reused, &fault), BD_ERR_OK);
+        bd_reference_runner_take(runner, scenes[0], NULL, NULL, &held, &reused, &detail),
+        BD_ERR_OK);
     for (int i = 1; i < 7; i++) touch(runner, scenes[i]);
     assert_true(touch(runner, scenes[0]));
     bd_reference_runner_give_back(runner, &held);
@@ -155,8 +156,8 @@ static struct bd_scene *create_large_scene(uint8_t id)
     struct world builder = {.scene = bd_scene_create()};
     const double corners[4][3] = {{-1, 0, 1}, {1, 0, 1}, {1, 0, -1}, {-1, 0, -1}};
     world_add_quad(&builder, world_add_material(&builder, 0.5f), corners, 700);
-    struct bd_fault fault = {0};
-    assert_int_equal(bd_scene_finish(builder.scene, &fault), BD_ERR_OK);
+    struct bd_err_detail detail = {0};
+    assert_int_equal(bd_scene_finish(builder.scene, &detail), BD_ERR_OK);
     builder.scene->content_sha256[0] = id;
     return builder.scene;
 }
@@ -181,9 +182,9 @@ static void *run_taker(void *user)
 {
     struct taker *taker = user;
     const struct bd_reference *reference;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     taker->err = bd_reference_runner_take(taker->runner, taker->scene, taker_should_stop, taker,
-                                          &reference, &taker->reused, &fault);
+                                          &reference, &taker->reused, &detail);
     bd_reference_runner_give_back(taker->runner, &reference);
     return NULL;
 }

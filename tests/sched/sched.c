@@ -29,9 +29,9 @@ static struct bd_sched *create_sched(uint32_t lose_after)
         .lose_device_after_slices = lose_after,
     };
     struct bd_sched *sched;
-    struct bd_fault fault = {0};
-    if (bd_sched_create(&options, &sched, &fault)) {
-        fprintf(stderr, "skipped: %s\n", fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_sched_create(&options, &sched, &detail)) {
+        fprintf(stderr, "skipped: %s\n", detail.message);
         exit(77);
     }
     return sched;
@@ -45,25 +45,25 @@ static struct bd_scene *create_scene(void)
     world_add_box_room(&builder, world_add_material(&builder, 0.5f), origin, 1);
     world_add_light(&builder, BD_LIGHT_POINT, origin, down, 1);
     world_add_camera(&builder, eye, origin, 1.2);
-    struct bd_fault fault = {0};
-    assert_int_equal(bd_scene_finish(builder.scene, &fault), BD_ERR_OK);
+    struct bd_err_detail detail = {0};
+    assert_int_equal(bd_scene_finish(builder.scene, &detail), BD_ERR_OK);
     return builder.scene;
 }
 
 static struct bd_job_request request_of(struct bd_scene *scene, uint32_t side_px, const char *vpls)
 {
     struct bd_job_request request = {.scene = scene, .frame = bd_frame_request_default};
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     request.frame.width_px = request.frame.height_px = side_px;
-    assert_int_equal(bd_param_list_add(&request.frame.params, vpls, &fault), BD_ERR_OK);
+    assert_int_equal(bd_param_list_add(&request.frame.params, vpls, &detail), BD_ERR_OK);
     return request;
 }
 
 static struct bd_job *submit(struct bd_sched *sched, const struct bd_job_request *request)
 {
     struct bd_job *job;
-    struct bd_fault fault = {0};
-    if (bd_sched_submit(sched, request, &job, &fault)) fail_msg("%s", fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_sched_submit(sched, request, &job, &detail)) fail_msg("%s", detail.message);
     return job;
 }
 
@@ -188,7 +188,7 @@ static void a_deadline_is_kept(void **state)
         best = fmin(best, bd_ms_since(start_ns));
         assert_int_equal(bd_job_result(job)->err, BD_ERR_DEADLINE);
         assert_int_equal(bd_job_result(job)->report.stopped, BD_STOPPED_DEADLINE);
-        assert_string_equal(bd_job_result(job)->fault.field, "deadline_ms");
+        assert_string_equal(bd_job_result(job)->detail.field, "deadline_ms");
         bd_job_release(&job);
     }
     print_message("    deadline of 400 ms: ended after %.0f ms\n", best);
@@ -205,7 +205,7 @@ static struct bd_image *render_within(struct bd_sched *sched, struct bd_job_requ
     struct bd_job *job = submit(sched, request);
     bd_job_wait(job);
     const struct bd_job_result *result = bd_job_result(job);
-    if (result->err) fail_msg("%s", result->fault.message);
+    if (result->err) fail_msg("%s", result->detail.message);
     *report = result->report;
     struct bd_image *image = bd_image_create(64, 64, 4);
     memcpy(image->pixels, result->layers[0]->pixels, 64 * 64 * 4 * sizeof(float));
@@ -291,10 +291,10 @@ static void a_full_queue_says_so(void **state)
     struct bd_scene *scene = create_scene();
     const struct bd_job_request request = request_of(scene, 1024, "vpls=100000");
     struct bd_job *jobs[16];
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     int count = 0;
-    while (count < 16 && !bd_sched_submit(sched, &request, &jobs[count], &fault)) count++;
-    assert_int_equal(fault.err, BD_ERR_BUSY);
+    while (count < 16 && !bd_sched_submit(sched, &request, &jobs[count], &detail)) count++;
+    assert_int_equal(detail.err, BD_ERR_BUSY);
     assert_true(count == 8 || count == 9); // one may be running already
     for (int i = 0; i < count; i++) bd_job_cancel(jobs[i]);
     for (int i = 0; i < count; i++) bd_job_wait(jobs[i]);
@@ -307,9 +307,9 @@ static void oversize_is_refused_by_name(void **state)
     struct bd_scene *scene = create_scene();
     struct bd_job_request request = request_of(scene, 4097, "vpls=96");
     struct bd_job *job;
-    struct bd_fault fault = {0};
-    assert_int_equal(bd_sched_submit(*state, &request, &job, &fault), BD_ERR_LIMIT);
-    assert_string_equal(fault.field, "size");
+    struct bd_err_detail detail = {0};
+    assert_int_equal(bd_sched_submit(*state, &request, &job, &detail), BD_ERR_LIMIT);
+    assert_string_equal(detail.field, "size");
     bd_scene_release(&scene);
 }
 
@@ -372,8 +372,8 @@ static struct bd_scene *create_noisy_scene(void)
     for (int c = 0; c < 3; c++) builder.scene->materials[glowing].emissive[c] = 2;
     world_add_quad(&builder, glowing, panel, 1);
     world_add_camera(&builder, eye, origin, 1.2);
-    struct bd_fault fault = {0};
-    assert_int_equal(bd_scene_finish(builder.scene, &fault), BD_ERR_OK);
+    struct bd_err_detail detail = {0};
+    assert_int_equal(bd_scene_finish(builder.scene, &detail), BD_ERR_OK);
     return builder.scene;
 }
 
@@ -493,9 +493,9 @@ static void no_such_device_says_what_was_tried(void **state)
     (void)state;
     const struct bd_sched_options options = {.device = "egl:99", .queue_length_max = 1};
     struct bd_sched *sched;
-    struct bd_fault fault = {0};
-    assert_int_equal(bd_sched_create(&options, &sched, &fault), BD_ERR_DEVICE);
-    assert_non_null(strstr(fault.message, "egl:99"));
+    struct bd_err_detail detail = {0};
+    assert_int_equal(bd_sched_create(&options, &sched, &detail), BD_ERR_DEVICE);
+    assert_non_null(strstr(detail.message, "egl:99"));
 }
 
 static int open_sched(void **state)

@@ -71,9 +71,9 @@ static void sleep_ms(long ms)
 
 static void set(struct bd_frame_request *frame, const char *technique, const char *setting)
 {
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     snprintf(frame->technique, sizeof frame->technique, "%s", technique);
-    enum bd_err err = setting ? bd_param_list_add(&frame->params, setting, &fault) : BD_ERR_OK;
+    enum bd_err err = setting ? bd_param_list_add(&frame->params, setting, &detail) : BD_ERR_OK;
     BD_ASSERT_CMP(err, ==, BD_ERR_OK);
 }
 
@@ -169,7 +169,7 @@ static void check_result(const struct ticket *ticket, bool is_stopping)
         BD_ASSERT(result->err == BD_ERR_DEVICE_LOST || result->err == BD_ERR_INTERNAL);
         break;
     }
-    if (result->err) BD_ASSERT(result->fault.err == result->err && result->fault.message[0]);
+    if (result->err) BD_ASSERT(result->detail.err == result->err && result->detail.message[0]);
     check_layers(ticket);
     check_stopped(ticket);
 }
@@ -209,8 +209,8 @@ static void submit(struct client *client)
                                               .turn = pick(&client->random, 3),
                                               .done = on_done,
                                               .user = ticket};
-    struct bd_fault fault = {0};
-    enum bd_err err = bd_sched_submit(client->sched, &ticket->request, &ticket->job, &fault);
+    struct bd_err_detail detail = {0};
+    enum bd_err err = bd_sched_submit(client->sched, &ticket->request, &ticket->job, &detail);
     if (err) {
         BD_ASSERT_CMP(err, ==, BD_ERR_BUSY);
         client->refused_count++;
@@ -340,8 +340,8 @@ static void run_round(uint64_t seed)
         .reference_threads = 2,
         .frame_limits = {.side_px_max = SIDE, .pixel_count_max = SIDE * SIDE}};
     struct bd_sched *sched;
-    struct bd_fault fault = {0};
-    enum bd_err err = bd_sched_create(&options, &sched, &fault);
+    struct bd_err_detail detail = {0};
+    enum bd_err err = bd_sched_create(&options, &sched, &detail);
     BD_ASSERT_CMP(err, ==, BD_ERR_OK);
     for (uint32_t c = 0; c < CLIENTS; c++) {
         clients[c].sched = sched;
@@ -369,8 +369,8 @@ static struct bd_scene *create_scene(uint8_t id)
     world_add_box_room(&builder, world_add_material(&builder, 0.5f), origin, 1 + 0.1 * id);
     world_add_light(&builder, BD_LIGHT_POINT, origin, down, 1);
     world_add_camera(&builder, eye, origin, 1.2);
-    struct bd_fault fault = {0};
-    enum bd_err err = bd_scene_finish(builder.scene, &fault);
+    struct bd_err_detail detail = {0};
+    enum bd_err err = bd_scene_finish(builder.scene, &detail);
     BD_ASSERT_CMP(err, ==, BD_ERR_OK);
     builder.scene->content_sha256[0] = id + 1;
     return builder.scene;

@@ -34,9 +34,9 @@ static struct bd_sched *create_sched(uint32_t gpu_memory_mib)
         .frame_limits = {.side_px_max = 4096, .pixel_count_max = 1u << 24},
     };
     struct bd_sched *sched;
-    struct bd_fault fault = {0};
-    if (bd_sched_create(&options, &sched, &fault)) {
-        fprintf(stderr, "skipped: %s\n", fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_sched_create(&options, &sched, &detail)) {
+        fprintf(stderr, "skipped: %s\n", detail.message);
         exit(77);
     }
     return sched;
@@ -50,8 +50,8 @@ static struct bd_scene *create_scene(double light_x)
     world_add_box_room(&builder, world_add_material(&builder, 0.5f), origin, 1);
     world_add_light(&builder, BD_LIGHT_POINT, lamp, down, 1);
     world_add_camera(&builder, eye, origin, 1.2);
-    struct bd_fault fault = {0};
-    assert_int_equal(bd_scene_finish(builder.scene, &fault), BD_ERR_OK);
+    struct bd_err_detail detail = {0};
+    assert_int_equal(bd_scene_finish(builder.scene, &detail), BD_ERR_OK);
     return builder.scene;
 }
 
@@ -61,19 +61,19 @@ static struct bd_job_request request_of(struct bd_scene *scene, uint32_t side_px
     struct bd_job_request request = {
         .scene = scene, .frame = bd_frame_request_default, .priority = priority};
     const char *const settings[] = {vpls, "shadow_size=64", "rsm_size=64"};
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     request.frame.width_px = request.frame.height_px = side_px;
     request.frame.fresh = BD_FRESH_ALL;
     for (int i = 0; i < 3; i++)
-        assert_int_equal(bd_param_list_add(&request.frame.params, settings[i], &fault), BD_ERR_OK);
+        assert_int_equal(bd_param_list_add(&request.frame.params, settings[i], &detail), BD_ERR_OK);
     return request;
 }
 
 static struct bd_job *submit(struct bd_sched *sched, const struct bd_job_request *request)
 {
     struct bd_job *job;
-    struct bd_fault fault = {0};
-    if (bd_sched_submit(sched, request, &job, &fault)) fail_msg("%s", fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_sched_submit(sched, request, &job, &detail)) fail_msg("%s", detail.message);
     return job;
 }
 

@@ -110,14 +110,14 @@ static float layer_value(const struct bd_reference_pixel *p, enum layer layer, i
 }
 
 static enum bd_err write_picture(const char *path, const struct picture *picture,
-                                 struct bd_fault *fault)
+                                 struct bd_err_detail *detail)
 {
     const struct bd_reference_view *view = &picture->options->view;
     struct bd_named_layer layers[LAYER_COUNT];
     struct bd_encode_request request = bd_encode_request_default;
     const char *dot = strrchr(path, '.');
     if (!dot || !bd_encode_format_from_name(dot + 1, &request.format))
-        return bd_fault_set(fault, BD_ERR_USAGE, path, "must end in .exr, .png or .jpg");
+        return bd_err_set(detail, BD_ERR_USAGE, path, "must end in .exr, .png or .jpg");
     for (int l = 0; l < LAYER_COUNT; l++) {
         int channels = l == DEPTH ? 1 : 3;
         struct bd_image *image =
@@ -131,7 +131,7 @@ static enum bd_err write_picture(const char *path, const struct picture *picture
     }
     struct bd_encoded encoded;
     const struct bd_manifest manifest = {0};
-    enum bd_err err = bd_encode(&request, layers, LAYER_COUNT, &manifest, &encoded, fault);
+    enum bd_err err = bd_encode(&request, layers, LAYER_COUNT, &manifest, &encoded, detail);
     for (int l = 0; l < LAYER_COUNT; l++) {
         struct bd_image *image = (struct bd_image *)layers[l].image;
         bd_image_destroy(&image);
@@ -140,7 +140,7 @@ static enum bd_err write_picture(const char *path, const struct picture *picture
     FILE *file = fopen(path, "wb");
     if (!file ||
         fwrite(encoded.bytes.data, 1, encoded.bytes.size_bytes, file) != encoded.bytes.size_bytes)
-        err = bd_fault_set(fault, BD_ERR_IO, path, "cannot be written");
+        err = bd_err_set(detail, BD_ERR_IO, path, "cannot be written");
     if (file) fclose(file);
     bd_bytes_finish(&encoded.bytes);
     return err;
@@ -202,12 +202,12 @@ static void print_means(const struct picture *picture)
 }
 
 static enum bd_err run(struct picture *picture, struct bd_scene *scene, const char *path,
-                       struct bd_fault *fault)
+                       struct bd_err_detail *detail)
 {
     const struct options *o = picture->options;
     struct bd_reference *reference = NULL;
     uint64_t start = bd_clock_ns();
-    enum bd_err err = bd_reference_create(scene, o->threads, NULL, NULL, &reference, fault);
+    enum bd_err err = bd_reference_create(scene, o->threads, NULL, NULL, &reference, detail);
     if (err) return err;
     double built_ms = bd_ms_since(start);
     picture->reference = reference;
@@ -220,7 +220,7 @@ static enum bd_err run(struct picture *picture, struct bd_scene *scene, const ch
            (double)picture->ray_count * 1e-6,
            (double)picture->ray_count * 1e-3 / traced_ms);
     print_means(picture);
-    if (!err) err = write_picture(path, picture, fault);
+    if (!err) err = write_picture(path, picture, detail);
     bd_pool_destroy(&pool);
     free(picture->pixels);
     bd_reference_destroy(&reference);
@@ -228,17 +228,17 @@ static enum bd_err run(struct picture *picture, struct bd_scene *scene, const ch
 }
 
 static enum bd_err read_arguments(int argc, char **argv, const struct bd_scene *scene,
-                                  struct options *o, struct bd_fault *fault)
+                                  struct options *o, struct bd_err_detail *detail)
 {
     int32_t camera = bd_scene_find_camera(scene, argv[4]);
-    if (camera == BD_NONE) return bd_fault_set(fault, BD_ERR_USAGE, argv[4], "no such camera");
+    if (camera == BD_NONE) return bd_err_set(detail, BD_ERR_USAGE, argv[4], "no such camera");
     o->view.camera = (uint32_t)camera;
     o->samples = ((uint32_t)atoi(argv[5]) + 1) / 2;
     if (sscanf(argv[3], "%ux%u", &o->view.width_px, &o->view.height_px) != 2)
-        return bd_fault_set(fault, BD_ERR_USAGE, "size", "%s: must be WxH", argv[3]);
+        return bd_err_set(detail, BD_ERR_USAGE, "size", "%s: must be WxH", argv[3]);
     for (int i = 6; i < argc; i++)
         if (!read_option(argv[i], o))
-            return bd_fault_set(fault, BD_ERR_USAGE, argv[i], "is no option");
+            return bd_err_set(detail, BD_ERR_USAGE, argv[i], "is no option");
     return BD_ERR_OK;
 }
 
@@ -248,14 +248,14 @@ int main(int argc, char **argv)
         fprintf(stderr, "usage: reference SCENE OUT WxH CAMERA SAMPLES [KEY=VALUE]...\n");
         return 2;
     }
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     struct options options = {.integrand = bd_integrand_full};
     struct picture picture = {.options = &options};
     struct bd_scene *scene = NULL;
-    enum bd_err err = import_scene(argv[1], &scene, &fault);
-    if (!err) err = read_arguments(argc, argv, scene, &options, &fault);
-    if (!err) err = run(&picture, scene, argv[2], &fault);
+    enum bd_err err = import_scene(argv[1], &scene, &detail);
+    if (!err) err = read_arguments(argc, argv, scene, &options, &detail);
+    if (!err) err = run(&picture, scene, argv[2], &detail);
     bd_scene_release(&scene);
-    if (err) fprintf(stderr, "reference: %s: %s\n", fault.field, fault.message);
+    if (err) fprintf(stderr, "reference: %s: %s\n", detail.field, detail.message);
     return bd_err_exit_code(err);
 }

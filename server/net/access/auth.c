@@ -108,12 +108,12 @@ const struct bd_grant *bd_tokens_find_peer(const struct bd_tokens *tokens,
 // --- what it allows -------------------------------------------------------------------------
 
 enum bd_err bd_grant_check_role(const struct bd_grant *grant, enum bd_role needed,
-                                struct bd_fault *fault)
+                                struct bd_err_detail *detail)
 {
     if (grant->role >= needed) return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_FORBIDDEN, "role",
-                        "the role of \"%s\" is %s, and this asks for %s", grant->name,
-                        bd_role_names[grant->role], bd_role_names[needed]);
+    return bd_err_set(detail, BD_ERR_FORBIDDEN, "role",
+                      "the role of \"%s\" is %s, and this asks for %s", grant->name,
+                      bd_role_names[grant->role], bd_role_names[needed]);
 }
 
 bool bd_grant_covers(const struct bd_grant *grant, const char *scene_name)

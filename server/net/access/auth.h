@@ -69,14 +69,15 @@ struct bd_tokens;
 // have, a word that is none of the above and a file that others may read are refused with the
 // line's number: each looks like protection and is none. `path` NULL: no tokens.
 BD_MUST_CHECK
-enum bd_err bd_tokens_read(const char *path, struct bd_tokens **out, struct bd_fault *fault);
+enum bd_err bd_tokens_read(const char *path, struct bd_tokens **out, struct bd_err_detail *detail);
 void bd_tokens_destroy(struct bd_tokens **tokens);
 
 // Reads the file again. What it names as before keeps its grants; grants that are gone, or whose
 // name, role or prefix is another, are revoked, and stay in memory for who still looks at them. On
-// a fault nothing is changed.
+// an error nothing is changed.
 BD_MUST_CHECK
-enum bd_err bd_tokens_reload(struct bd_tokens *tokens, const char *path, struct bd_fault *fault);
+enum bd_err bd_tokens_reload(struct bd_tokens *tokens, const char *path,
+                             struct bd_err_detail *detail);
 
 // True if tokens are asked for: there is a token file. One of users alone lets nobody in by HTTP
 // or TCP.
@@ -98,7 +99,7 @@ const struct bd_grant *bd_tokens_find_peer(const struct bd_tokens *tokens,
 // BD_ERR_FORBIDDEN, naming what the role is and what it would have to be.
 BD_MUST_CHECK
 enum bd_err bd_grant_check_role(const struct bd_grant *grant, enum bd_role needed,
-                                struct bd_fault *fault);
+                                struct bd_err_detail *detail);
 
 // Whether it may know of a scene of this name. Others do not exist for it.
 bool bd_grant_covers(const struct bd_grant *grant, const char *scene_name);

@@ -18,85 +18,88 @@
 
 // --- words of a line ------------------------------------------------------------------------
 
-static enum bd_err set_role(struct bd_grant *grant, const char *value, struct bd_fault *fault)
+static enum bd_err set_role(struct bd_grant *grant, const char *value, struct bd_err_detail *detail)
 {
     for (size_t i = 0; i < sizeof bd_role_names / sizeof bd_role_names[0]; i++) {
         if (strcmp(value, bd_role_names[i]) != 0) continue;
         grant->role = (enum bd_role)i;
         return BD_ERR_OK;
     }
-    return bd_fault_set(fault, BD_ERR_USAGE, "role", "a role is read, edit or admin, not \"%.40s\"",
-                        value);
+    return bd_err_set(detail, BD_ERR_USAGE, "role", "a role is read, edit or admin, not \"%.40s\"",
+                      value);
 }
 
 static enum bd_err set_text(char *to, size_t size, const char *key, const char *value,
-                            struct bd_fault *fault)
+                            struct bd_err_detail *detail)
 {
     if (value[0] == 0 || strlen(value) >= size)
-        return bd_fault_set(fault, BD_ERR_USAGE, key, "%s takes 1 to %zu characters", key,
-                            size - 1);
+        return bd_err_set(detail, BD_ERR_USAGE, key, "%s takes 1 to %zu characters", key, size - 1);
     snprintf(to, size, "%s", value);
     return BD_ERR_OK;
 }
 
-static enum bd_err set_prefix(struct bd_grant *grant, const char *value, struct bd_fault *fault)
+static enum bd_err set_prefix(struct bd_grant *grant, const char *value,
+                              struct bd_err_detail *detail)
 {
-    return set_text(grant->scene_prefix, sizeof grant->scene_prefix, "scenes", value, fault);
+    return set_text(grant->scene_prefix, sizeof grant->scene_prefix, "scenes", value, detail);
 }
 
-static enum bd_err set_name(struct bd_grant *grant, const char *value, struct bd_fault *fault)
+static enum bd_err set_name(struct bd_grant *grant, const char *value, struct bd_err_detail *detail)
 {
-    return set_text(grant->name, sizeof grant->name, "name", value, fault);
+    return set_text(grant->name, sizeof grant->name, "name", value, detail);
 }
 
 static enum bd_err set_count(uint64_t *to, const char *key, const char *value,
-                             struct bd_fault *fault)
+                             struct bd_err_detail *detail)
 {
     if (bd_limits_parse(value, to)) return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_USAGE, key, "%s takes a whole number, not \"%.40s\"", key,
-                        value);
+    return bd_err_set(detail, BD_ERR_USAGE, key, "%s takes a whole number, not \"%.40s\"", key,
+                      value);
 }
 
-static enum bd_err set_scenes_max(struct bd_grant *grant, const char *value, struct bd_fault *fault)
+static enum bd_err set_scenes_max(struct bd_grant *grant, const char *value,
+                                  struct bd_err_detail *detail)
 {
-    return set_count(&grant->scenes_max, "max_scenes", value, fault);
+    return set_count(&grant->scenes_max, "max_scenes", value, detail);
 }
 
-static enum bd_err set_bytes_max(struct bd_grant *grant, const char *value, struct bd_fault *fault)
+static enum bd_err set_bytes_max(struct bd_grant *grant, const char *value,
+                                 struct bd_err_detail *detail)
 {
-    return set_count(&grant->bytes_max, "max_bytes", value, fault);
+    return set_count(&grant->bytes_max, "max_bytes", value, detail);
 }
 
-static enum bd_err set_jobs_max(struct bd_grant *grant, const char *value, struct bd_fault *fault)
+static enum bd_err set_jobs_max(struct bd_grant *grant, const char *value,
+                                struct bd_err_detail *detail)
 {
-    return set_count(&grant->jobs_max, "max_jobs", value, fault);
+    return set_count(&grant->jobs_max, "max_jobs", value, detail);
 }
 
 static const struct {
     const char *key;
-    enum bd_err (*set)(struct bd_grant *grant, const char *value, struct bd_fault *fault);
+    enum bd_err (*set)(struct bd_grant *grant, const char *value, struct bd_err_detail *detail);
 } words[] = {
     {"role", set_role},           {"scenes", set_prefix},
     {"name", set_name},           {"max_scenes", set_scenes_max},
     {"max_bytes", set_bytes_max}, {"max_jobs", set_jobs_max},
 };
 
-static enum bd_err set_word(struct bd_grant *grant, const char *word, struct bd_fault *fault)
+static enum bd_err set_word(struct bd_grant *grant, const char *word, struct bd_err_detail *detail)
 {
     const char *equals = strchr(word, '=');
     for (size_t i = 0; equals && i < sizeof words / sizeof words[0]; i++)
         if (strlen(words[i].key) == (size_t)(equals - word) &&
             strncmp(words[i].key, word, (size_t)(equals - word)) == 0)
-            return words[i].set(grant, equals + 1, fault);
-    return bd_fault_set(fault, BD_ERR_USAGE, "token-file",
-                        "behind an entry stand role=, scenes=, name=, max_scenes=, max_bytes= and "
-                        "max_jobs=, not \"%.40s\"",
-                        word);
+            return words[i].set(grant, equals + 1, detail);
+    return bd_err_set(detail, BD_ERR_USAGE, "token-file",
+                      "behind an entry stand role=, scenes=, name=, max_scenes=, max_bytes= and "
+                      "max_jobs=, not \"%.40s\"",
+                      word);
 }
 
 // --- entries --------------------------------------------------------------------------------
 
-static struct bd_auth_entry *next_entry(struct bd_tokens *tokens, struct bd_fault *fault)
+static struct bd_auth_entry *next_entry(struct bd_tokens *tokens, struct bd_err_detail *detail)
 {
     if (tokens->count < BD_AUTH_ENTRIES_MAX) {
         // One that was refused is written over.
@@ -105,22 +108,23 @@ static struct bd_auth_entry *next_entry(struct bd_tokens *tokens, struct bd_faul
         BD_ASSERT(*place);
         return *place;
     }
-    (void)bd_fault_set(fault, BD_ERR_USAGE, "token-file", "there are more than %d entries",
-                       BD_AUTH_ENTRIES_MAX);
+    (void)bd_err_set(detail, BD_ERR_USAGE, "token-file", "there are more than %d entries",
+                     BD_AUTH_ENTRIES_MAX);
     return NULL;
 }
 
-static enum bd_err add_token(struct bd_tokens *tokens, const char *token, struct bd_fault *fault)
+static enum bd_err add_token(struct bd_tokens *tokens, const char *token,
+                             struct bd_err_detail *detail)
 {
     if (strlen(token) < TOKEN_LENGTH_MIN)
-        return bd_fault_set(fault, BD_ERR_USAGE, "token-file", "a token has at least %d characters",
-                            TOKEN_LENGTH_MIN);
-    struct bd_auth_entry *entry = next_entry(tokens, fault);
+        return bd_err_set(detail, BD_ERR_USAGE, "token-file", "a token has at least %d characters",
+                          TOKEN_LENGTH_MIN);
+    struct bd_auth_entry *entry = next_entry(tokens, detail);
     if (!entry) return BD_ERR_USAGE;
     *entry = (struct bd_auth_entry){.kind = BD_AUTH_TOKEN};
     bd_sha256_of(token, strlen(token), entry->digest);
     if (bd_auth_find_digest(tokens, entry->digest))
-        return bd_fault_set(fault, BD_ERR_USAGE, "token-file", "this token is there already");
+        return bd_err_set(detail, BD_ERR_USAGE, "token-file", "this token is there already");
     tokens->count++;
     return BD_ERR_OK;
 }
@@ -159,21 +163,22 @@ static bool has_peers(const struct bd_tokens *tokens, const struct bd_auth_entry
 }
 
 // "uid:NAME", "uid:*" or "gid:NAME".
-static enum bd_err add_peers(struct bd_tokens *tokens, const char *word, struct bd_fault *fault)
+static enum bd_err add_peers(struct bd_tokens *tokens, const char *word,
+                             struct bd_err_detail *detail)
 {
     const char *name = word + PEER_PREFIX_LENGTH;
     bool is_user = word[0] == 'u' || word[0] == 'U';
-    struct bd_auth_entry *entry = next_entry(tokens, fault);
+    struct bd_auth_entry *entry = next_entry(tokens, detail);
     if (!entry) return BD_ERR_USAGE;
     *entry = (struct bd_auth_entry){.kind = is_user ? BD_AUTH_USER : BD_AUTH_GROUP};
     if (is_user && strcmp(name, "*") == 0)
         entry->kind = BD_AUTH_OTHERS;
     else if (!(is_user ? find_user(name, &entry->id) : find_group(name, &entry->id)))
-        return bd_fault_set(fault, BD_ERR_USAGE, is_user ? "uid" : "gid",
-                            "this machine has no %s \"%.40s\"", is_user ? "user" : "group", name);
+        return bd_err_set(detail, BD_ERR_USAGE, is_user ? "uid" : "gid",
+                          "this machine has no %s \"%.40s\"", is_user ? "user" : "group", name);
     if (has_peers(tokens, entry))
-        return bd_fault_set(fault, BD_ERR_USAGE, is_user ? "uid" : "gid",
-                            "\"%.40s\" is there already", word);
+        return bd_err_set(detail, BD_ERR_USAGE, is_user ? "uid" : "gid",
+                          "\"%.40s\" is there already", word);
     tokens->count++;
     return BD_ERR_OK;
 }
@@ -197,65 +202,66 @@ static void begin_grant(struct bd_grant *grant, const char *word, unsigned numbe
 // --- the file -------------------------------------------------------------------------------
 
 static enum bd_err read_line(struct bd_tokens *tokens, char *line, unsigned number,
-                             struct bd_fault *fault)
+                             struct bd_err_detail *detail)
 {
     char *rest;
     const char *word = strtok_r(line, " \t\r\n", &rest);
     if (!word || word[0] == '#') return BD_ERR_OK;
     enum bd_err err =
-        is_peers(word) ? add_peers(tokens, word, fault) : add_token(tokens, word, fault);
+        is_peers(word) ? add_peers(tokens, word, detail) : add_token(tokens, word, detail);
     if (err) return err;
     struct bd_grant *grant = &tokens->entries[tokens->count - 1]->grant;
     begin_grant(grant, word, number);
     const enum bd_auth_kind kind = tokens->entries[tokens->count - 1]->kind;
     grant->is_shared = kind == BD_AUTH_GROUP || kind == BD_AUTH_OTHERS;
-    while (!err && (word = strtok_r(NULL, " \t\r\n", &rest))) err = set_word(grant, word, fault);
+    while (!err && (word = strtok_r(NULL, " \t\r\n", &rest))) err = set_word(grant, word, detail);
     return err;
 }
 
-// The fault of a line, with where it stands.
-static enum bd_err at_line(unsigned number, struct bd_fault *fault)
+// The error of a line, with where it stands.
+static enum bd_err at_line(unsigned number, struct bd_err_detail *detail)
 {
-    if (!fault) return BD_ERR_USAGE;
-    struct bd_fault inner = *fault;
-    return bd_fault_set(fault, inner.err, inner.field, "line %u: %s", number, inner.message);
+    if (!detail) return BD_ERR_USAGE;
+    struct bd_err_detail inner = *detail;
+    return bd_err_set(detail, inner.err, inner.field, "line %u: %s", number, inner.message);
 }
 
-static enum bd_err read_lines(FILE *file, struct bd_tokens *tokens, struct bd_fault *fault)
+static enum bd_err read_lines(FILE *file, struct bd_tokens *tokens, struct bd_err_detail *detail)
 {
     char line[1024];
     for (unsigned number = 1; fgets(line, sizeof line, file); number++) {
         if (!strchr(line, '\n') && !feof(file))
-            return bd_fault_set(fault, BD_ERR_USAGE, "token-file",
-                                "line %u is longer than %zu characters", number, sizeof line - 2);
-        if (read_line(tokens, line, number, fault)) return at_line(number, fault);
+            return bd_err_set(detail, BD_ERR_USAGE, "token-file",
+                              "line %u is longer than %zu characters", number, sizeof line - 2);
+        if (read_line(tokens, line, number, detail)) return at_line(number, detail);
     }
     if (tokens->count == 0)
-        return bd_fault_set(fault, BD_ERR_USAGE, "token-file", "the token file holds no entry");
+        return bd_err_set(detail, BD_ERR_USAGE, "token-file", "the token file holds no entry");
     return BD_ERR_OK;
 }
 
-static enum bd_err read_file(const char *path, struct bd_tokens *tokens, struct bd_fault *fault)
+static enum bd_err read_file(const char *path, struct bd_tokens *tokens,
+                             struct bd_err_detail *detail)
 {
     FILE *file = fopen(path, "re");
     struct stat info;
     enum bd_err err;
     if (!file || fstat(fileno(file), &info) < 0)
-        err = bd_fault_set(fault, BD_ERR_IO, "token-file", "%s: %s", path, strerror(errno));
+        err = bd_err_set(detail, BD_ERR_IO, "token-file", "%s: %s", path, strerror(errno));
     else if (info.st_mode & (S_IRWXG | S_IRWXO))
-        err = bd_fault_set(fault, BD_ERR_USAGE, "token-file",
-                           "%s can be read by others: chmod 600 it", path);
+        err = bd_err_set(detail, BD_ERR_USAGE, "token-file",
+                         "%s can be read by others: chmod 600 it", path);
     else
-        err = read_lines(file, tokens, fault);
+        err = read_lines(file, tokens, detail);
     if (file) fclose(file);
     return err;
 }
 
-enum bd_err bd_tokens_read(const char *path, struct bd_tokens **out, struct bd_fault *fault)
+enum bd_err bd_tokens_read(const char *path, struct bd_tokens **out, struct bd_err_detail *detail)
 {
     struct bd_tokens *tokens = calloc(1, sizeof *tokens);
     BD_ASSERT(tokens);
-    enum bd_err err = path ? read_file(path, tokens, fault) : BD_ERR_OK;
+    enum bd_err err = path ? read_file(path, tokens, detail) : BD_ERR_OK;
     if (err)
         bd_tokens_destroy(&tokens);
     else
@@ -304,10 +310,11 @@ static void revoke_rest(struct bd_tokens *tokens)
     }
 }
 
-enum bd_err bd_tokens_reload(struct bd_tokens *tokens, const char *path, struct bd_fault *fault)
+enum bd_err bd_tokens_reload(struct bd_tokens *tokens, const char *path,
+                             struct bd_err_detail *detail)
 {
     struct bd_tokens *read;
-    enum bd_err err = bd_tokens_read(path, &read, fault);
+    enum bd_err err = bd_tokens_read(path, &read, detail);
     if (err) return err;
     for (size_t i = 0; i < read->count; i++) keep_entry(tokens, read, i);
     revoke_rest(tokens);

@@ -16,10 +16,11 @@
 // `by` NULL: the token or user alone. BD_ERR_USAGE and BD_ERR_LIMIT, naming `by`.
 BD_MUST_CHECK
 enum bd_err bd_author_make(const struct bd_grant *grant, const struct bd_client *client,
-                           const char *by, char out[BD_EDIT_AUTHOR_BYTES], struct bd_fault *fault);
+                           const char *by, char out[BD_EDIT_AUTHOR_BYTES],
+                           struct bd_err_detail *detail);
 // One that was made elsewhere, out of a journal; NULL: nobody. BD_ERR_USAGE, naming `author`.
 BD_MUST_CHECK
 enum bd_err bd_author_take(const char *author, char out[BD_EDIT_AUTHOR_BYTES],
-                           struct bd_fault *fault);
+                           struct bd_err_detail *detail);
 
 #endif

@@ -76,9 +76,9 @@ static void end(struct bd_steps *steps)
     struct bd_command *command = (struct bd_command *)steps;
     struct bd_answer answer = command->answer;
     command->answer = (struct bd_answer){0};
-    if (steps->fault.err) {
+    if (steps->detail.err) {
         bd_answer_finish(&answer);
-        answer = bd_answer_error(&steps->fault);
+        answer = bd_answer_error(&steps->detail);
         bd_command_tell_how_far(command, &answer);
         steps->loop->counts.requests_refused++;
     }
@@ -262,7 +262,7 @@ static enum bd_err keep_payload(struct bd_command *command, const struct bd_comm
 {
     if (!command->row->has_payload) return BD_ERR_OK;
     enum bd_err err = bd_client_begin_edit(start->commands->loop->clients, command->client,
-                                           start->payload_bytes, &command->steps.fault);
+                                           start->payload_bytes, &command->steps.detail);
     if (err) return err;
     command->payload_bytes = start->payload_bytes;
     command->payload = malloc(start->payload_bytes + 1);
@@ -275,14 +275,14 @@ static enum bd_err admit(struct bd_command *command, const struct bd_command_sta
 {
     enum bd_err err = BD_ERR_OK;
     if (command->steps.loop->draining)
-        err = bd_fault_set(&command->steps.fault, BD_ERR_BUSY, "", "the server is shutting down");
+        err = bd_err_set(&command->steps.detail, BD_ERR_BUSY, "", "the server is shutting down");
     if (!err && !command->row)
-        err = bd_fault_set(&command->steps.fault, BD_ERR_UNSUPPORTED, "body",
-                           "this server knows no such request");
-    if (!err) err = bd_command_check_rights(command, &command->steps.fault);
+        err = bd_err_set(&command->steps.detail, BD_ERR_UNSUPPORTED, "body",
+                         "this server knows no such request");
+    if (!err) err = bd_command_check_rights(command, &command->steps.detail);
     if (!err && bd_command_is_job(command)) {
         err = bd_client_begin_job(command->steps.loop->clients, command->client,
-                                  &command->steps.fault);
+                                  &command->steps.detail);
         command->counts_as_job = !err;
     }
     return err ? err : keep_payload(command, start);

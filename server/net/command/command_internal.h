@@ -52,7 +52,7 @@ struct bd_command {
 
 // --- steps ---
 //
-// Behind the last one the command ends with its answer, or before with its fault.
+// Behind the last one the command ends with its answer, or before with its error.
 
 #define BD_STEP(where, function)                                                                   \
     {                                                                                              \

@@ -12,7 +12,7 @@
 // not tell from one that is not there. BD_ERR_BUSY or BD_ERR_LIMIT, naming max_jobs, max_scenes
 // or max_bytes.
 BD_MUST_CHECK
-enum bd_err bd_command_check_rights(const struct bd_command *command, struct bd_fault *fault);
+enum bd_err bd_command_check_rights(const struct bd_command *command, struct bd_err_detail *detail);
 
 // Whether it is of those that count against jobs_per_client and max_jobs.
 bool bd_command_is_job(const struct bd_command *command);
@@ -21,7 +21,7 @@ bool bd_command_is_job(const struct bd_command *command);
 // it.
 BD_MUST_CHECK
 enum bd_err bd_command_check_new_scene(const struct bd_command *command, const char *name,
-                                       struct bd_fault *fault);
+                                       struct bd_err_detail *detail);
 
 // Before the content of an edit of `base`, a state of a scene, is read: the bytes that it can take
 // and the scene still fit its owner's quota. UINT64_MAX where that is not the asker's.
@@ -33,6 +33,6 @@ uint64_t bd_command_content_quota(const struct bd_command *command, const char *
 BD_MUST_CHECK
 enum bd_err bd_command_check_growth(const struct bd_command *command, const char *scene_id,
                                     const struct bd_scene *base, const struct bd_delta *delta,
-                                    struct bd_fault *fault);
+                                    struct bd_err_detail *detail);
 
 #endif

@@ -21,22 +21,23 @@ struct bd_edit_budget {
 
 struct bd_edit_budget bd_edit_budget(const struct bd_limits *limits, uint64_t quota_bytes);
 
-// All of them are BD_ERR_LIMIT where not so much is left; the fault names `field`, or max_bytes.
+// All of them are BD_ERR_LIMIT where not so much is left; the error names `field`, or max_bytes.
 
 // Held for the batch alone: it takes the place of what is as large.
 BD_MUST_CHECK
 enum bd_err bd_edit_budget_hold(struct bd_edit_budget *left, uint64_t bytes, const char *field,
-                                struct bd_fault *fault);
+                                struct bd_err_detail *detail);
 // The scene may grow by it.
 BD_MUST_CHECK
 enum bd_err bd_edit_budget_take(struct bd_edit_budget *left, uint64_t bytes, const char *field,
-                                struct bd_fault *fault);
+                                struct bd_err_detail *detail);
 // Of a picture, or of a whole scene, that was read with no more than what is left as its limits.
 BD_MUST_CHECK
 enum bd_err bd_edit_budget_take_picture(struct bd_edit_budget *left,
-                                        const struct bd_picture *picture, struct bd_fault *fault);
+                                        const struct bd_picture *picture,
+                                        struct bd_err_detail *detail);
 BD_MUST_CHECK
 enum bd_err bd_edit_budget_take_scene(struct bd_edit_budget *left, const struct bd_scene *scene,
-                                      struct bd_fault *fault);
+                                      struct bd_err_detail *detail);
 
 #endif

@@ -14,12 +14,12 @@
 #include "scene/import/import.h"
 #include "scene/model/content.h"
 
-// What one operation reads, and where a fault of it lies.
+// What one operation reads, and where an error of it lies.
 struct reading {
     const struct bd_edit_heavy_inputs *inputs;
     struct bd_edit_path path; // "ops[2].add_mesh"
     struct bd_edit_flags *flags;
-    struct bd_fault *fault;
+    struct bd_err_detail *detail;
 };
 
 static enum bd_err refuse(const struct reading *reading, enum bd_err err, const char *part,
@@ -27,7 +27,7 @@ static enum bd_err refuse(const struct reading *reading, enum bd_err err, const 
 {
     char path[256];
     snprintf(path, sizeof path, "%s.%s", reading->path.text, part);
-    return bd_fault_set(reading->fault, err, path, "%s", message);
+    return bd_err_set(reading->detail, err, path, "%s", message);
 }
 
 static void flag(const struct reading *reading, const char *name, uint32_t count)
@@ -43,7 +43,7 @@ static enum bd_err spend(const struct reading *reading, const char *part, uint64
 {
     char path[256];
     snprintf(path, sizeof path, "%s.%s", reading->path.text, part);
-    return bd_edit_budget_take(reading->inputs->budget, bytes, path, reading->fault);
+    return bd_edit_budget_take(reading->inputs->budget, bytes, path, reading->detail);
 }
 
 // Numbers of four bytes, copied: sources are aligned as they like.
@@ -83,7 +83,7 @@ static enum bd_err copy_blob(const struct reading *reading, const char *part,
     struct bd_blob_map map;
     snprintf(path, sizeof path, "%s.%s", reading->path.text, part);
     enum bd_err err =
-        bd_net_map_blob(reading->inputs->blobs, path, data->blob, &map, reading->fault);
+        bd_net_map_blob(reading->inputs->blobs, path, data->blob, &map, reading->detail);
     if (err) return err;
     err = copy_slice(reading, part, data, map.bytes, map.size_bytes, out);
     bd_blob_unmap(&map);
@@ -205,7 +205,7 @@ static enum bd_err build_mesh(const struct reading *reading, const Bounced__Mesh
             .indices = from[INDICES].words};
     }
     enum bd_err err = bd_edit_build_mesh(sources, (uint32_t)in->n_primitives, reading->path.text,
-                                         out, reading->fault);
+                                         out, reading->detail);
     free(sources);
     return err;
 }
@@ -256,7 +256,7 @@ static enum bd_err read_vertices(const struct reading *reading, const Bounced__M
     *budget = before; // the copies go
     // However little of it moves, the mesh is made anew.
     if (!err)
-        err = bd_edit_budget_hold(budget, bd_mesh_bytes(mesh), reading->path.text, reading->fault);
+        err = bd_edit_budget_hold(budget, bd_mesh_bytes(mesh), reading->path.text, reading->detail);
     if (!err && positions.count == 0)
         err = refuse(reading, BD_ERR_USAGE, "positions", "new places are needed");
     if (!err && positions.count % 3 != 0)
@@ -266,7 +266,7 @@ static enum bd_err read_vertices(const struct reading *reading, const Bounced__M
     if (!err)
         err = bd_edit_deform_mesh(mesh, in->primitive, positions.words, normals.words,
                                   (uint32_t)(positions.count / 3), reading->path.text,
-                                  &ops[index].mesh.mesh, reading->fault);
+                                  &ops[index].mesh.mesh, reading->detail);
     if (!err && normals.words)
         flag(reading, "normals_against_winding",
              bd_mesh_count_against_winding(ops[index].mesh.mesh));
@@ -284,18 +284,18 @@ static enum bd_err read_picture(const struct reading *reading, const char *blob,
     char path[128];
     snprintf(path, sizeof path, "%s.blob", reading->path.text);
     struct bd_blob_map map;
-    enum bd_err err = bd_net_map_blob(reading->inputs->blobs, path, blob, &map, reading->fault);
+    enum bd_err err = bd_net_map_blob(reading->inputs->blobs, path, blob, &map, reading->detail);
     if (err) return err;
     const struct bd_edit_heavy_inputs *inputs = reading->inputs;
     const struct bd_import_file file = {path, map.bytes, map.size_bytes};
     struct bd_import_limits limits = bd_import_limits_of(inputs->limits);
     struct bd_picture *picture;
     limits.picture_texels = inputs->budget->texels;
-    err = bd_import_picture(inputs->import_pool, &file, &limits, &picture, reading->fault);
+    err = bd_import_picture(inputs->import_pool, &file, &limits, &picture, reading->detail);
     bd_blob_unmap(&map);
     if (err) return err;
     op->picture = picture;
-    return bd_edit_budget_take_picture(reading->inputs->budget, picture, reading->fault);
+    return bd_edit_budget_take_picture(reading->inputs->budget, picture, reading->detail);
 }
 
 static enum bd_err spend_map(const struct reading *reading, const struct bd_sky_map *map)
@@ -305,18 +305,18 @@ static enum bd_err spend_map(const struct reading *reading, const struct bd_sky_
     return spend(reading, "map", 3 * sizeof(float) * texels);
 }
 
-// A fault of the environment, with the operation's path before it.
+// An error of the environment, with the operation's path before it.
 static enum bd_err read_environment(const struct reading *reading, const Bounced__Environment *in,
                                     struct bd_edit_op *op)
 {
     struct bd_net_environment read;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     enum bd_err err =
         bd_net_environment_read(in, reading->inputs->blobs, reading->inputs->import_pool,
-                                reading->inputs->limits, &read, &fault);
+                                reading->inputs->limits, &read, &detail);
     if (err) {
-        const char *dot = strchr(fault.field, '.');
-        err = refuse(reading, err, dot ? dot + 1 : fault.field, fault.message);
+        const char *dot = strchr(detail.field, '.');
+        err = refuse(reading, err, dot ? dot + 1 : detail.field, detail.message);
     } else {
         op->environment.keeps_light = read.turns_alone;
         for (int c = 0; c < 3; c++)
@@ -348,24 +348,24 @@ static enum bd_err read_import(const struct reading *reading, const Bounced__Imp
     struct bd_import_files files = {0};
     struct bd_scene *scene = NULL;
     enum bd_err err = bd_import_files_map(&files, inputs->blobs, in->name, in->blob, in->files,
-                                          in->n_files, reading->fault);
+                                          in->n_files, reading->detail);
     struct bd_import_limits limits = bd_import_limits_of(inputs->limits);
     limits.scene_bytes = inputs->budget->bytes;
     limits.picture_texels = inputs->budget->texels;
     if (!err)
         err = bd_import(inputs->import_pool, files.files, files.file_count, &limits, &scene,
-                        reading->fault);
+                        reading->detail);
     bd_import_files_finish(&files);
     op->import.scene = scene;
     if (!err) pass_on_flags(reading, scene);
-    return err ? err : bd_edit_budget_take_scene(inputs->budget, scene, reading->fault);
+    return err ? err : bd_edit_budget_take_scene(inputs->budget, scene, reading->detail);
 }
 
 enum bd_err bd_edit_heavy_read(const struct bd_edit_heavy_inputs *inputs, size_t index,
                                const Bounced__EditOp *op, struct bd_edit_op *ops,
-                               struct bd_edit_flags *flags, struct bd_fault *fault)
+                               struct bd_edit_flags *flags, struct bd_err_detail *detail)
 {
-    const struct reading reading = {inputs, bd_edit_path(index, op), flags, fault};
+    const struct reading reading = {inputs, bd_edit_path(index, op), flags, detail};
     switch (op->op_case) {
     case BOUNCED__EDIT_OP__OP_ADD_MESH:
     case BOUNCED__EDIT_OP__OP_SET_MESH:
@@ -421,30 +421,31 @@ struct bd_edit_budget bd_edit_budget(const struct bd_limits *limits, uint64_t qu
         .bytes = limits->scene_bytes, .texels = limits->picture_texels, .quota_bytes = quota_bytes};
 }
 
-static enum bd_err take_quota(struct bd_edit_budget *left, uint64_t bytes, struct bd_fault *fault)
+static enum bd_err take_quota(struct bd_edit_budget *left, uint64_t bytes,
+                              struct bd_err_detail *detail)
 {
     if (bytes > left->quota_bytes)
-        return bd_fault_set(fault, BD_ERR_LIMIT, "max_bytes",
-                            "the batch alone would take more than max_bytes");
+        return bd_err_set(detail, BD_ERR_LIMIT, "max_bytes",
+                          "the batch alone would take more than max_bytes");
     left->quota_bytes -= bytes;
     return BD_ERR_OK;
 }
 
 enum bd_err bd_edit_budget_hold(struct bd_edit_budget *left, uint64_t bytes, const char *field,
-                                struct bd_fault *fault)
+                                struct bd_err_detail *detail)
 {
     if (bytes > left->bytes)
-        return bd_fault_set(fault, BD_ERR_LIMIT, field,
-                            "with it the batch is larger than the limit scene_bytes");
+        return bd_err_set(detail, BD_ERR_LIMIT, field,
+                          "with it the batch is larger than the limit scene_bytes");
     left->bytes -= bytes;
     return BD_ERR_OK;
 }
 
 enum bd_err bd_edit_budget_take(struct bd_edit_budget *left, uint64_t bytes, const char *field,
-                                struct bd_fault *fault)
+                                struct bd_err_detail *detail)
 {
-    enum bd_err err = bd_edit_budget_hold(left, bytes, field, fault);
-    return err ? err : take_quota(left, bytes, fault);
+    enum bd_err err = bd_edit_budget_hold(left, bytes, field, detail);
+    return err ? err : take_quota(left, bytes, detail);
 }
 
 static uint64_t texels_of(const struct bd_picture *picture)
@@ -459,20 +460,21 @@ static void take_most(uint64_t *left, uint64_t amount)
 }
 
 enum bd_err bd_edit_budget_take_picture(struct bd_edit_budget *left,
-                                        const struct bd_picture *picture, struct bd_fault *fault)
+                                        const struct bd_picture *picture,
+                                        struct bd_err_detail *detail)
 {
     const uint64_t texels = texels_of(picture);
     take_most(&left->texels, texels);
-    return take_quota(left, TEXEL_BYTES * texels, fault);
+    return take_quota(left, TEXEL_BYTES * texels, detail);
 }
 
 enum bd_err bd_edit_budget_take_scene(struct bd_edit_budget *left, const struct bd_scene *scene,
-                                      struct bd_fault *fault)
+                                      struct bd_err_detail *detail)
 {
     const uint64_t bytes = bd_scene_bytes(scene);
     uint64_t texels = 0;
     for (uint32_t i = 0; i < scene->picture_count; i++) texels += texels_of(scene->pictures[i]);
     take_most(&left->texels, texels);
     take_most(&left->bytes, bytes - TEXEL_BYTES * texels);
-    return take_quota(left, bytes, fault);
+    return take_quota(left, bytes, detail);
 }

@@ -38,7 +38,7 @@ struct bd_edit_flags {
 BD_MUST_CHECK
 enum bd_err bd_edit_heavy_read(const struct bd_edit_heavy_inputs *inputs, size_t index,
                                const Bounced__EditOp *op, struct bd_edit_op *ops,
-                               struct bd_edit_flags *flags, struct bd_fault *fault);
+                               struct bd_edit_flags *flags, struct bd_err_detail *detail);
 void bd_edit_heavy_release(struct bd_edit_op *op);
 
 #endif

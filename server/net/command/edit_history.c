@@ -18,12 +18,12 @@
 static enum bd_err refuse_unfit(struct bd_edit_work *work)
 {
     struct bd_command *command = work->command;
-    const struct bd_fault why = command->steps.fault;
-    return bd_fault_set(&command->steps.fault, BD_ERR_CONFLICT,
-                        work->kind == BD_BATCH_REDO ? "redo" : "undo",
-                        "revision %" PRIu64 " cannot be taken back by itself any more: "
-                        "%.200s",
-                        work->of, why.message);
+    const struct bd_err_detail why = command->steps.detail;
+    return bd_err_set(&command->steps.detail, BD_ERR_CONFLICT,
+                      work->kind == BD_BATCH_REDO ? "redo" : "undo",
+                      "revision %" PRIu64 " cannot be taken back by itself any more: "
+                      "%.200s",
+                      work->of, why.message);
 }
 
 static enum bd_err stage_read(struct bd_command *command)
@@ -38,10 +38,10 @@ static enum bd_err stage_read(struct bd_command *command)
                                            .author = work->author,
                                            .delta = &work->delta};
     enum bd_err err = bd_command_check_growth(command, command->place.scene_id, work->base,
-                                              &work->delta, &command->steps.fault);
+                                              &work->delta, &command->steps.detail);
     if (!err)
         err = bd_store_stage(command->steps.loop->serving->store, &change, &command->place.batch,
-                             &command->steps.fault);
+                             &command->steps.detail);
     if (err == BD_ERR_BAD_INPUT && work->is_mine) return refuse_unfit(work);
     if (err) return err;
     if (command->time_ms) command->place.batch->time_ms = command->time_ms;
@@ -50,13 +50,13 @@ static enum bd_err stage_read(struct bd_command *command)
 }
 
 // A head that has moved since is looked at first: what is wrong with a past read for it is nobody's
-// fault.
+// error.
 static enum bd_err read_delta(struct bd_command *command)
 {
     struct bd_edit_work *work = command->edit;
     enum bd_err err = bd_edit_work_read_past(work, command->steps.loop->serving->journal);
-    if (err) work->read_fault = command->steps.fault;
-    work->read_fault.err = err;
+    if (err) work->read_detail = command->steps.detail;
+    work->read_detail.err = err;
     return BD_ERR_OK;
 }
 
@@ -81,9 +81,9 @@ static enum bd_err stage_past(struct bd_command *command)
         bd_steps_branch(&command->steps, past_steps);
         return BD_ERR_OK;
     }
-    if (!work->read_fault.err) return stage_read(command);
-    command->steps.fault = work->read_fault;
-    return work->read_fault.err;
+    if (!work->read_detail.err) return stage_read(command);
+    command->steps.detail = work->read_detail;
+    return work->read_detail.err;
 }
 
 // What lies transient is the last thing that was done: it is committed before anything is taken
@@ -98,7 +98,7 @@ static enum bd_err settle(struct bd_command *command, struct bd_batch **last)
         *last = batch ? batch : *last;
         err = bd_store_stage_commit(command->steps.loop->serving->store, command->place.scene_id,
                                     work->is_mine ? work->author : NULL, NULL, &batch,
-                                    &command->steps.fault);
+                                    &command->steps.detail);
     } while (!err && batch);
     return err;
 }
@@ -107,9 +107,9 @@ static enum bd_err check_base(struct bd_command *command)
 {
     const struct bd_edit_work *work = command->edit;
     if (!work->base_revision || work->base_revision == work->head_revision) return BD_ERR_OK;
-    return bd_fault_set(&command->steps.fault, BD_ERR_CONFLICT, "base_revision",
-                        "the scene is at revision %" PRIu64 ", not %" PRIu64, work->head_revision,
-                        work->base_revision);
+    return bd_err_set(&command->steps.detail, BD_ERR_CONFLICT, "base_revision",
+                      "the scene is at revision %" PRIu64 ", not %" PRIu64, work->head_revision,
+                      work->base_revision);
 }
 
 static enum bd_err find_past(struct bd_command *command)
@@ -121,10 +121,10 @@ static enum bd_err find_past(struct bd_command *command)
     if (work->kind != BD_BATCH_REVERT)
         err = bd_store_undo_target(store, command->place.scene_id,
                                    work->is_mine ? work->author : NULL, work->kind == BD_BATCH_REDO,
-                                   &work->of, &command->steps.fault);
+                                   &work->of, &command->steps.detail);
     if (!err)
         err = bd_store_head(store, command->place.scene_id, &head, &work->head_revision,
-                            &command->steps.fault);
+                            &command->steps.detail);
     if (!err) err = check_base(command);
     if (!err) work->base = bd_scene_retain((struct bd_scene *)head);
     return err;
@@ -168,8 +168,8 @@ static enum bd_err read_undo(struct bd_command *command)
     work->is_mine = strcmp(scope, "mine") == 0;
     work->base_revision = request->base_revision;
     if (!work->is_mine && strcmp(scope, "all") != 0)
-        return bd_fault_set(&command->steps.fault, BD_ERR_USAGE, "scope",
-                            "scope is mine or all, not \"%.32s\"", scope);
+        return bd_err_set(&command->steps.detail, BD_ERR_USAGE, "scope",
+                          "scope is mine or all, not \"%.32s\"", scope);
     return BD_ERR_OK;
 }
 
@@ -181,8 +181,8 @@ static enum bd_err read_revert(struct bd_command *command)
     work->of = request->revision;
     work->base_revision = request->base_revision;
     if ((request->revision != 0) == (request->name != NULL))
-        return bd_fault_set(&command->steps.fault, BD_ERR_USAGE, "revision",
-                            "a revert names a revision or a name: one of them");
+        return bd_err_set(&command->steps.detail, BD_ERR_USAGE, "revision",
+                          "a revert names a revision or a name: one of them");
     return BD_ERR_OK;
 }
 
@@ -194,7 +194,7 @@ static enum bd_err begin_replay(struct bd_command *command)
     const struct bd_scene *head = NULL;
     uint64_t revision;
     enum bd_err err = bd_store_head(command->steps.loop->serving->store, command->place.scene_id,
-                                    &head, &revision, &command->steps.fault);
+                                    &head, &revision, &command->steps.detail);
     if (!err) err = bd_edit_replay_check(work, revision);
     if (!err) work->base = bd_scene_retain((struct bd_scene *)head);
     return err;
@@ -214,7 +214,7 @@ static enum bd_err stage_commit(struct bd_command *command)
     const struct bd_store_entry *entry;
     enum bd_err err =
         bd_store_stage_commit(store, command->place.scene_id, work->author, work->client_edit_id,
-                              &command->place.batch, &command->steps.fault);
+                              &command->place.batch, &command->steps.detail);
     // What lay there may be on its way already, by itself: it is answered for, too.
     if (err == BD_ERR_BUSY ||
         (!err && !command->place.batch && bd_store_is_busy(store, command->place.scene_id))) {
@@ -224,7 +224,7 @@ static enum bd_err stage_commit(struct bd_command *command)
     if (!err && command->place.batch)
         command->answer = bd_edit_reply_of_batch(command->place.batch, work);
     if (err || command->place.batch) return err;
-    err = bd_store_get(store, command->place.scene_id, &entry, &command->steps.fault);
+    err = bd_store_get(store, command->place.scene_id, &entry, &command->steps.detail);
     if (!err) command->answer = bd_edit_reply_of_entry(entry, work);
     bd_steps_finish(&command->steps);
     return err;
@@ -235,7 +235,7 @@ static enum bd_err stage_name(struct bd_command *command)
     const Bounced__RevisionName *request = command->envelope->revision_name;
     enum bd_err err = bd_store_stage_name(
         command->steps.loop->serving->store, command->place.scene_id, request->name,
-        request->revision, request->remove, &command->place.batch, &command->steps.fault);
+        request->revision, request->remove, &command->place.batch, &command->steps.detail);
     if (!err) command->answer = bd_answer_done();
     return err;
 }

@@ -56,7 +56,7 @@ static enum bd_err find_bytes(struct bd_command *command, struct bd_blob_map *ma
     const char *blob = command->envelope->scene_replay->blob;
     if (blob)
         return bd_net_map_blob(bd_grant_blobs(command->steps.loop->serving->blobs, command->grant),
-                               "blob", blob, map, &command->steps.fault);
+                               "blob", blob, map, &command->steps.detail);
     *map = (struct bd_blob_map){command->payload, command->payload_bytes};
     return BD_ERR_OK;
 }
@@ -85,17 +85,17 @@ enum bd_err bd_edit_replay_check(struct bd_edit_work *work, uint64_t revision)
     struct bd_command *command = work->command;
     const Bounced__SceneReplay *request = command->envelope->scene_replay;
     if (request->revision != revision + 1)
-        return bd_fault_set(&command->steps.fault, BD_ERR_CONFLICT, "revision",
-                            "the scene is at revision %" PRIu64 ", and %" PRIu64
-                            " does not follow it",
-                            revision, request->revision);
+        return bd_err_set(&command->steps.detail, BD_ERR_CONFLICT, "revision",
+                          "the scene is at revision %" PRIu64 ", and %" PRIu64
+                          " does not follow it",
+                          revision, request->revision);
     if (!find_kind(request->kind ? request->kind : "", &work->kind))
-        return bd_fault_set(&command->steps.fault, BD_ERR_USAGE, "kind",
-                            "kind is edit, undo, redo or revert, not \"%.32s\"",
-                            request->kind ? request->kind : "");
+        return bd_err_set(&command->steps.detail, BD_ERR_USAGE, "kind",
+                          "kind is edit, undo, redo or revert, not \"%.32s\"",
+                          request->kind ? request->kind : "");
     if (request->of > revision)
-        return bd_fault_set(&command->steps.fault, BD_ERR_USAGE, "of",
-                            "of is a revision before this one, not %" PRIu64, request->of);
+        return bd_err_set(&command->steps.detail, BD_ERR_USAGE, "of",
+                          "of is a revision before this one, not %" PRIu64, request->of);
     work->of = request->of;
     work->head_revision = revision;
     work->message = request->message;
@@ -109,9 +109,9 @@ static enum bd_err check_growth(struct bd_edit_work *work)
     uint32_t growth = bd_delta_growth(work->base, &work->delta);
     if (growth <= work->delta.count || growth - work->delta.count <= SKIPPED_IDS_MAX)
         return BD_ERR_OK;
-    return bd_fault_set(&work->command->steps.fault, BD_ERR_LIMIT, "payload",
-                        "the revision passes over %u ids, limit %u", growth - work->delta.count,
-                        SKIPPED_IDS_MAX);
+    return bd_err_set(&work->command->steps.detail, BD_ERR_LIMIT, "payload",
+                      "the revision passes over %u ids, limit %u", growth - work->delta.count,
+                      SKIPPED_IDS_MAX);
 }
 
 enum bd_err bd_edit_replay_read(struct bd_edit_work *work)
@@ -124,7 +124,7 @@ enum bd_err bd_edit_replay_read(struct bd_edit_work *work)
     if (err) return err;
     bd_content_of_scene(work->base, know, &finding);
     err = bd_delta_read(map.bytes, map.size_bytes, find_content, &finding, &work->delta,
-                        &command->steps.fault);
+                        &command->steps.detail);
     bd_content_table_finish(&finding.content);
     leave_bytes(command, &map);
     return err ? err : check_growth(work);
@@ -140,8 +140,8 @@ static enum bd_err read_index(struct bd_command *command)
     enum bd_err err = find_bytes(command, &map);
     if (err) return err;
     err = bd_flat_read_index(map.bytes, map.size_bytes, find_content, &finding, &command->scene,
-                             &command->steps.fault);
-    if (!err) err = bd_scene_finish(command->scene, &command->steps.fault);
+                             &command->steps.detail);
+    if (!err) err = bd_scene_finish(command->scene, &command->steps.detail);
     bd_content_table_finish(&finding.content);
     leave_bytes(command, &map);
     return err;
@@ -168,8 +168,8 @@ static enum bd_err begin(struct bd_command *command)
 {
     const Bounced__SceneReplay *request = command->envelope->scene_replay;
     if (request->revision == 0 || request->revision > FIRST_REVISION_MAX)
-        return bd_fault_set(&command->steps.fault, BD_ERR_USAGE, "revision",
-                            "revision is the one to be made, from 1 to 2^53");
+        return bd_err_set(&command->steps.detail, BD_ERR_USAGE, "revision",
+                          "revision is the one to be made, from 1 to 2^53");
     bd_steps_branch(&command->steps, request->scene ? bd_steps_edit : scene_steps);
     return BD_ERR_OK;
 }

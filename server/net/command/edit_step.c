@@ -26,7 +26,7 @@ static enum bd_err stage_durable(struct bd_command *command)
                                            .author = work->author,
                                            .delta = &work->delta};
     enum bd_err err = bd_store_stage(command->steps.loop->serving->store, &change,
-                                     &command->place.batch, &command->steps.fault);
+                                     &command->place.batch, &command->steps.detail);
     if (!err) command->answer = bd_edit_reply_of_batch(command->place.batch, work);
     return err;
 }
@@ -36,7 +36,7 @@ static enum bd_err lay_transient(struct bd_command *command)
     struct bd_edit_work *work = command->edit;
     const struct bd_store_entry *entry;
     enum bd_err err = bd_store_lay(command->steps.loop->serving->store, command->place.scene_id,
-                                   work->author, &work->delta, &entry, &command->steps.fault);
+                                   work->author, &work->delta, &entry, &command->steps.detail);
     if (err) return err;
     command->answer = bd_edit_reply_of_entry(entry, work);
     bd_idle_commit_watch(command->commands->commits);
@@ -47,12 +47,13 @@ static enum bd_err lay_transient(struct bd_command *command)
 }
 
 static enum bd_err check_transient_base(const struct bd_store_entry *entry,
-                                        const Bounced__EditBatch *request, struct bd_fault *fault)
+                                        const Bounced__EditBatch *request,
+                                        struct bd_err_detail *detail)
 {
     if (!request->base_revision || request->base_revision == entry->revision) return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_CONFLICT, "base_revision",
-                        "the scene is at revision %" PRIu64 ", not %" PRIu64, entry->revision,
-                        request->base_revision);
+    return bd_err_set(detail, BD_ERR_CONFLICT, "base_revision",
+                      "the scene is at revision %" PRIu64 ", not %" PRIu64, entry->revision,
+                      request->base_revision);
 }
 
 // What the operations are checked against: what is shown if they lie over it, else the head.
@@ -63,10 +64,11 @@ static enum bd_err find_base(struct bd_edit_work *work, const struct bd_scene **
     const struct bd_store_entry *entry;
     uint64_t revision;
     if (!work->is_transient)
-        return bd_store_head(store, command->place.scene_id, out, &revision, &command->steps.fault);
-    enum bd_err err = bd_store_get(store, command->place.scene_id, &entry, &command->steps.fault);
+        return bd_store_head(store, command->place.scene_id, out, &revision,
+                             &command->steps.detail);
+    enum bd_err err = bd_store_get(store, command->place.scene_id, &entry, &command->steps.detail);
     if (!err)
-        err = check_transient_base(entry, command->envelope->edit_batch, &command->steps.fault);
+        err = check_transient_base(entry, command->envelope->edit_batch, &command->steps.detail);
     if (!err) *out = entry->scene;
     return err;
 }
@@ -79,10 +81,10 @@ static enum bd_err stage_batch(struct bd_command *command)
     enum bd_err err = find_base(work, &base);
     if (!err)
         err = bd_edit_check(base, work->ops, (uint32_t)work->op_count, &bd_edit_default_limits,
-                            &work->delta, work->ids, &command->steps.fault);
+                            &work->delta, work->ids, &command->steps.detail);
     if (!err)
         err = bd_command_check_growth(command, command->place.scene_id, base, &work->delta,
-                                      &command->steps.fault);
+                                      &command->steps.detail);
     if (err) return err;
     if (!request->dry_run && !work->is_transient) return stage_durable(command);
     bd_steps_finish(&command->steps); // nothing goes to the disk
@@ -135,7 +137,7 @@ static enum bd_err read_answer(struct bd_command *command)
     struct bd_journal_edit edit;
     enum bd_err err =
         bd_journal_find_edit(command->steps.loop->serving->journal, command->place.scene_id,
-                             work->client_edit_id, &edit, &command->steps.fault);
+                             work->client_edit_id, &edit, &command->steps.detail);
     if (err == BD_ERR_NOT_FOUND) return BD_ERR_OK; // it only looked like it
     if (!err) command->answer = bd_edit_reply_again(edit.answer.data, edit.answer.size);
     return err;
@@ -167,7 +169,7 @@ static enum bd_err begin(struct bd_command *command)
     if (makes_revision(work) && work->client_edit_id[0]) {
         enum bd_err err =
             bd_store_find_edit(command->steps.loop->serving->store, command->place.scene_id,
-                               work->client_edit_id, &revision, &command->steps.fault);
+                               work->client_edit_id, &revision, &command->steps.detail);
         if (err == BD_ERR_BUSY) {
             bd_edit_queue_wait(&command->place);
             return BD_ERR_OK;
@@ -206,10 +208,10 @@ static enum bd_err try(struct bd_command *command, const struct bd_scene *base,
                        struct bd_invalidation *passes)
 {
     struct bd_frame_options options = {0};
-    struct bd_fault *fault = &command->steps.fault;
-    enum bd_err err = bd_frame_options_read(command->envelope->edit_batch->frame, &options, fault);
-    if (!err) err = bd_delta_apply(base, delta, after, fault);
-    if (!err) err = bd_invalidate(base, *after, &options.frame, passes, fault);
+    struct bd_err_detail *detail = &command->steps.detail;
+    enum bd_err err = bd_frame_options_read(command->envelope->edit_batch->frame, &options, detail);
+    if (!err) err = bd_delta_apply(base, delta, after, detail);
+    if (!err) err = bd_invalidate(base, *after, &options.frame, passes, detail);
     return err;
 }
 

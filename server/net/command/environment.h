@@ -25,7 +25,7 @@ struct bd_net_environment {
 BD_MUST_CHECK
 enum bd_err bd_net_environment_read(const Bounced__Environment *message, struct bd_blobs *blobs,
                                     struct bd_import_pool *pool, const struct bd_limits *limits,
-                                    struct bd_net_environment *out, struct bd_fault *fault);
+                                    struct bd_net_environment *out, struct bd_err_detail *detail);
 void bd_net_environment_finish(struct bd_net_environment *environment);
 
 #endif

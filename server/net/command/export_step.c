@@ -19,9 +19,9 @@ static enum bd_err write_file(struct bd_command *command)
     command->notes = calloc(1, sizeof *command->notes);
     BD_ASSERT(command->notes);
     enum bd_err err = bd_gltf_write(command->scene, bytes_max, &command->encoded.bytes,
-                                    command->notes, &command->steps.fault);
+                                    command->notes, &command->steps.detail);
     if (err == BD_ERR_LIMIT && bytes_max == reply_bytes)
-        snprintf(command->steps.fault.field, sizeof command->steps.fault.field, "reply_bytes");
+        snprintf(command->steps.detail.field, sizeof command->steps.detail.field, "reply_bytes");
     return err;
 }
 
@@ -65,21 +65,21 @@ static enum bd_err read_past(struct bd_command *command)
     command->revision = request->revision;
     if (request->name)
         err = bd_revision_find_name(journal, request->scene, request->name, &command->revision,
-                                    &command->steps.fault);
+                                    &command->steps.detail);
     if (err) return err;
     return bd_store_read_revision(journal, request->scene, command->revision, &command->scene,
-                                  &command->steps.fault);
+                                  &command->steps.detail);
 }
 
 // --- the way in -----------------------------------------------------------------------------
 
-static enum bd_err check(const Bounced__SceneExport *request, struct bd_fault *fault)
+static enum bd_err check(const Bounced__SceneExport *request, struct bd_err_detail *detail)
 {
     if (request->has_revision && request->name)
-        return bd_fault_set(fault, BD_ERR_USAGE, "revision",
-                            "an export names a revision or a name: one of them");
+        return bd_err_set(detail, BD_ERR_USAGE, "revision",
+                          "an export names a revision or a name: one of them");
     if (request->has_revision && request->revision == 0)
-        return bd_fault_set(fault, BD_ERR_USAGE, "revision", "revisions begin with 1");
+        return bd_err_set(detail, BD_ERR_USAGE, "revision", "revisions begin with 1");
     return BD_ERR_OK;
 }
 
@@ -92,10 +92,10 @@ static enum bd_err begin(struct bd_command *command)
 {
     const Bounced__SceneExport *request = command->envelope->scene_export;
     const struct bd_store_entry *entry;
-    enum bd_err err = check(request, &command->steps.fault);
+    enum bd_err err = check(request, &command->steps.detail);
     if (!err)
         err = bd_store_get(command->steps.loop->serving->store,
-                           request->scene ? request->scene : "", &entry, &command->steps.fault);
+                           request->scene ? request->scene : "", &entry, &command->steps.detail);
     if (err) return err;
     if (request->has_revision || request->name) {
         bd_steps_branch(&command->steps, past_steps);

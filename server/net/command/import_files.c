@@ -22,19 +22,19 @@ void bd_import_files_finish(struct bd_import_files *files)
 }
 
 enum bd_err bd_net_map_blob(struct bd_blobs *blobs, const char *field, const char *blob,
-                            struct bd_blob_map *out, struct bd_fault *fault)
+                            struct bd_blob_map *out, struct bd_err_detail *detail)
 {
     if (!blob || strncmp(blob, "sha256:", 7) != 0 || !bd_blob_name_is_valid(blob + 7))
-        return bd_fault_set(fault, BD_ERR_USAGE, field,
-                            "a blob's name is sha256: and 64 lower-case hexadecimal digits");
-    return bd_blobs_map(blobs, blob + 7, out, fault);
+        return bd_err_set(detail, BD_ERR_USAGE, field,
+                          "a blob's name is sha256: and 64 lower-case hexadecimal digits");
+    return bd_blobs_map(blobs, blob + 7, out, detail);
 }
 
 static enum bd_err map_one(struct bd_import_files *files, struct bd_blobs *blobs, const char *uri,
-                           const char *blob, struct bd_fault *fault)
+                           const char *blob, struct bd_err_detail *detail)
 {
     struct bd_blob_map *map = &files->maps[files->map_count];
-    enum bd_err err = bd_net_map_blob(blobs, uri, blob, map, fault);
+    enum bd_err err = bd_net_map_blob(blobs, uri, blob, map, detail);
     if (err) return err;
     files->map_count++;
     files->files[files->file_count++] =
@@ -44,12 +44,12 @@ static enum bd_err map_one(struct bd_import_files *files, struct bd_blobs *blobs
 
 enum bd_err bd_import_files_map(struct bd_import_files *out, struct bd_blobs *blobs,
                                 const char *name, const char *blob, Bounced__KeyValue **table,
-                                size_t table_size, struct bd_fault *fault)
+                                size_t table_size, struct bd_err_detail *detail)
 {
     bd_import_files_begin(out, table_size + 1);
-    enum bd_err err = map_one(out, blobs, name && *name ? name : "scene", blob, fault);
+    enum bd_err err = map_one(out, blobs, name && *name ? name : "scene", blob, detail);
     for (size_t i = 0; !err && i < table_size; i++)
-        err = map_one(out, blobs, table[i]->key ? table[i]->key : "", table[i]->value, fault);
+        err = map_one(out, blobs, table[i]->key ? table[i]->key : "", table[i]->value, detail);
     return err;
 }
 

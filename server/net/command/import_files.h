@@ -26,14 +26,14 @@ void bd_import_files_finish(struct bd_import_files *files);
 BD_MUST_CHECK
 enum bd_err bd_import_files_map(struct bd_import_files *out, struct bd_blobs *blobs,
                                 const char *name, const char *blob, Bounced__KeyValue **table,
-                                size_t table_size, struct bd_fault *fault);
+                                size_t table_size, struct bd_err_detail *detail);
 
 // What the server's limits say of an import.
 struct bd_import_limits bd_import_limits_of(const struct bd_limits *limits);
 
-// Maps one blob by its wire name, "sha256:HEX"; `field` is for the fault.
+// Maps one blob by its wire name, "sha256:HEX"; `field` is for the error.
 BD_MUST_CHECK
 enum bd_err bd_net_map_blob(struct bd_blobs *blobs, const char *field, const char *blob,
-                            struct bd_blob_map *out, struct bd_fault *fault);
+                            struct bd_blob_map *out, struct bd_err_detail *detail);
 
 #endif

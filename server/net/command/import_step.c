@@ -20,7 +20,7 @@ static enum bd_err map_multipart(struct bd_command *command, struct bd_import_fi
     enum bd_err err = bd_multipart_parse(
         import->maps[0].bytes, import->maps[0].size_bytes, command->body.boundary,
         (uint32_t)command->steps.loop->serving->limits.scene_files + 1, &parts, &part_count,
-        &command->steps.fault);
+        &command->steps.detail);
     if (err) return err;
     free(import->files);
     import->files = calloc(part_count, sizeof *import->files);
@@ -35,8 +35,8 @@ static enum bd_err map_multipart(struct bd_command *command, struct bd_import_fi
             .uri = parts[i].name, .bytes = parts[i].bytes, .size_bytes = parts[i].size_bytes};
     }
     if (!import->files[0].bytes)
-        err = bd_fault_set(&command->steps.fault, BD_ERR_USAGE, "scene",
-                           "no part of the body is called \"scene\"");
+        err = bd_err_set(&command->steps.detail, BD_ERR_USAGE, "scene",
+                         "no part of the body is called \"scene\"");
     command->parts = parts; // the files' names lie in them
     return err;
 }
@@ -45,7 +45,7 @@ static enum bd_err map_body(struct bd_command *command, struct bd_import_files *
 {
     bd_import_files_begin(import, 1);
     enum bd_err err =
-        bd_blob_upload_map(command->body.upload, &import->maps[0], &command->steps.fault);
+        bd_blob_upload_map(command->body.upload, &import->maps[0], &command->steps.detail);
     if (err) return err;
     import->map_count = 1;
     if (command->body.boundary[0]) return map_multipart(command, import);
@@ -61,15 +61,15 @@ static enum bd_err map_files(struct bd_command *command, struct bd_import_files 
     if (command->body.upload) return map_body(command, import);
     struct bd_blobs *blobs = bd_grant_blobs(command->steps.loop->serving->blobs, command->grant);
     if (command->envelope->body_case == BOUNCED__ENVELOPE__BODY_SCENE_ADD) {
-        enum bd_err err = bd_blobs_check_room(blobs, 0, &command->steps.fault);
+        enum bd_err err = bd_blobs_check_room(blobs, 0, &command->steps.detail);
         if (err) return err;
         const Bounced__SceneAdd *add = command->envelope->scene_add;
         return bd_import_files_map(import, blobs, add->name, add->blob, add->files, add->n_files,
-                                   &command->steps.fault);
+                                   &command->steps.detail);
     }
     const Bounced__Render *render = command->envelope->render;
     return bd_import_files_map(import, blobs, render->name, render->blob, render->files,
-                               render->n_files, &command->steps.fault);
+                               render->n_files, &command->steps.detail);
 }
 
 static const Bounced__Environment *environment_of(const Bounced__Envelope *envelope)
@@ -89,8 +89,9 @@ static enum bd_err import_files(struct bd_command *command, const struct bd_impo
     bd_import_cache_key(import->files, import->file_count, environment, key);
     command->scene = bd_import_cache_get(commands->import_cache, key);
     if (command->scene) return BD_ERR_OK;
-    enum bd_err err = bd_import_under(commands->import_pool, import->files, import->file_count,
-                                      &limits, environment, &command->scene, &command->steps.fault);
+    enum bd_err err =
+        bd_import_under(commands->import_pool, import->files, import->file_count, &limits,
+                        environment, &command->scene, &command->steps.detail);
     if (err) return err;
     // Behind authored_flag_count: in no hash, no flat form and no journal, and gone after the first
     // edit or a restart.
@@ -116,10 +117,10 @@ enum bd_err bd_command_import(struct bd_command *command)
         err = bd_net_environment_read(
             environment, bd_grant_blobs(command->steps.loop->serving->blobs, command->grant),
             command->commands->import_pool, &command->steps.loop->serving->limits, &sky,
-            &command->steps.fault);
+            &command->steps.detail);
     if (!err && sky.turns_alone)
-        err = bd_fault_set(&command->steps.fault, BD_ERR_USAGE, "environment.rotation",
-                           "there is no environment to turn: radiance, a map, or both");
+        err = bd_err_set(&command->steps.detail, BD_ERR_USAGE, "environment.rotation",
+                         "there is no environment to turn: radiance, a map, or both");
     if (!err) err = import_files(command, &import, environment ? &sky : NULL);
     bd_net_environment_finish(&sky);
     bd_import_files_finish(&import);
@@ -138,8 +139,8 @@ enum bd_err bd_command_check_files(struct bd_command *command)
 {
     uint64_t files_max = command->steps.loop->serving->limits.scene_files;
     if (file_table_size(command->envelope) > files_max)
-        return bd_fault_set(&command->steps.fault, BD_ERR_LIMIT, "scene_files",
-                            "the table has more than %llu files (limit scene_files)",
-                            (unsigned long long)files_max);
+        return bd_err_set(&command->steps.detail, BD_ERR_LIMIT, "scene_files",
+                          "the table has more than %llu files (limit scene_files)",
+                          (unsigned long long)files_max);
     return BD_ERR_OK;
 }

@@ -19,7 +19,7 @@ static enum bd_err encode(struct bd_command *command)
                                           .revision = command->revision,
                                           .bytes_max =
                                               command->steps.loop->serving->limits.reply_bytes};
-    return bd_frame_encode(&frame, &command->encoded, &command->encode_ms, &command->steps.fault);
+    return bd_frame_encode(&frame, &command->encoded, &command->encode_ms, &command->steps.detail);
 }
 
 // --- answer ---------------------------------------------------------------------------------
@@ -87,7 +87,7 @@ static bool answer_remembered(struct bd_command *command, const struct bd_store_
 // A frame that its deadline or a cancel stopped: the error carries how far it came.
 void bd_command_tell_how_far(struct bd_command *command, struct bd_answer *error)
 {
-    const enum bd_err err = command->steps.fault.err;
+    const enum bd_err err = command->steps.detail.err;
     const bool is_stopped = err == BD_ERR_DEADLINE || err == BD_ERR_CANCELLED;
     if (is_stopped && command->steps.job && bd_job_result(command->steps.job)->err == err)
         error->envelope->error->details->report = report_message(command);
@@ -104,9 +104,9 @@ static enum bd_err spend_deadline(struct bd_command *command, uint32_t *out_ms)
     if (frame->deadline_ms == 0) return BD_ERR_OK;
     double spent_ms = bd_ms_since(command->start_ns);
     if (spent_ms >= frame->deadline_ms)
-        return bd_fault_set(&command->steps.fault, BD_ERR_DEADLINE, "deadline_ms",
-                            "the deadline of %u ms passed while the scene was loaded",
-                            frame->deadline_ms);
+        return bd_err_set(&command->steps.detail, BD_ERR_DEADLINE, "deadline_ms",
+                          "the deadline of %u ms passed while the scene was loaded",
+                          frame->deadline_ms);
     *out_ms = (uint32_t)spent_ms;
     return BD_ERR_OK;
 }
@@ -126,7 +126,7 @@ static enum bd_err submit(struct bd_command *command)
                                      .done = bd_frame_job_done,
                                      .user = &command->steps};
     return bd_sched_submit(command->steps.loop->serving->sched, &request, &command->steps.job,
-                           &command->steps.fault);
+                           &command->steps.detail);
 }
 
 // --- the steps ------------------------------------------------------------------------------
@@ -166,10 +166,10 @@ static enum bd_err render_held(struct bd_command *command)
     const Bounced__Render *request = command->envelope->render;
     const struct bd_store_entry *entry = NULL;
     if (request->environment)
-        return bd_fault_set(&command->steps.fault, BD_ERR_USAGE, "environment",
-                            "an environment comes with a file; a held scene has its own");
+        return bd_err_set(&command->steps.detail, BD_ERR_USAGE, "environment",
+                          "an environment comes with a file; a held scene has its own");
     enum bd_err err = bd_store_get(command->steps.loop->serving->store, request->scene, &entry,
-                                   &command->steps.fault);
+                                   &command->steps.detail);
     if (err) return err;
     command->scene = bd_scene_retain(entry->scene);
     command->revision = entry->revision;
@@ -184,7 +184,7 @@ static enum bd_err begin(struct bd_command *command)
 {
     const Bounced__Render *request = command->envelope->render;
     enum bd_err err =
-        bd_frame_options_read(request->frame, &command->options, &command->steps.fault);
+        bd_frame_options_read(request->frame, &command->options, &command->steps.detail);
     if (err) return err;
     command->revision = 1;
     if (request->scene) return render_held(command);

@@ -13,6 +13,7 @@
 // BD_ERR_NOT_FOUND: none of the scene's is called that.
 BD_MUST_CHECK
 enum bd_err bd_revision_find_name(struct bd_journal *journal, const char *scene_id,
-                                  const char *name, uint64_t *revision, struct bd_fault *fault);
+                                  const char *name, uint64_t *revision,
+                                  struct bd_err_detail *detail);
 
 #endif

@@ -36,7 +36,7 @@ static enum bd_err get_scene(struct bd_command *command)
     const Bounced__SceneGet *request = command->envelope->scene_get;
     const struct bd_store_entry *entry;
     enum bd_err err = bd_store_get(command->steps.loop->serving->store,
-                                   request->id ? request->id : "", &entry, &command->steps.fault);
+                                   request->id ? request->id : "", &entry, &command->steps.detail);
     if (err) return err;
     command->answer = bd_answer_scene(entry);
     if (request->objects) bd_scene_objects_fill(command->answer.envelope->scene, entry->scene);
@@ -112,10 +112,11 @@ static enum bd_err read_log(struct bd_command *command)
     command->answer = bd_answer_of(BOUNCED__ENVELOPE__BODY_SCENE_LOG_REPLY, reply);
     enum bd_err err =
         bd_journal_each_edit(journal, request->scene, request->after, log_limit(request), add_entry,
-                             reply, &command->steps.fault);
+                             reply, &command->steps.detail);
     if (!err)
-        err = bd_journal_each_name(journal, request->scene, add_name, reply, &command->steps.fault);
-    if (!err) err = bd_journal_oldest(journal, request->scene, &oldest, &command->steps.fault);
+        err =
+            bd_journal_each_name(journal, request->scene, add_name, reply, &command->steps.detail);
+    if (!err) err = bd_journal_oldest(journal, request->scene, &oldest, &command->steps.detail);
     BD_SET(reply, oldest, oldest);
     return err;
 }
@@ -127,10 +128,10 @@ static enum bd_err check_log(struct bd_command *command)
     const uint32_t limit = log_limit(request);
     enum bd_err err =
         bd_store_get(command->steps.loop->serving->store, request->scene ? request->scene : "",
-                     &entry, &command->steps.fault);
+                     &entry, &command->steps.detail);
     if (!err && (limit == 0 || limit > LOG_LIMIT_MAX))
-        err = bd_fault_set(&command->steps.fault, BD_ERR_USAGE, "limit", "limit goes from 1 to %d",
-                           LOG_LIMIT_MAX);
+        err = bd_err_set(&command->steps.detail, BD_ERR_USAGE, "limit", "limit goes from 1 to %d",
+                         LOG_LIMIT_MAX);
     return err;
 }
 
@@ -148,11 +149,11 @@ static const char *name_of(const struct bd_command *command)
 static enum bd_err stage_scene(struct bd_command *command)
 {
     const char *name = name_of(command);
-    enum bd_err err = bd_command_check_new_scene(command, name, &command->steps.fault);
+    enum bd_err err = bd_command_check_new_scene(command, name, &command->steps.detail);
     if (!err)
         err = bd_store_stage_add_at(command->steps.loop->serving->store, command->scene, name,
                                     command->grant->name, command->revision ? command->revision : 1,
-                                    &command->place.batch, &command->steps.fault);
+                                    &command->place.batch, &command->steps.detail);
     if (!err && command->time_ms) command->place.batch->time_ms = command->time_ms;
     return err;
 }
@@ -161,7 +162,7 @@ static enum bd_err tell_scene(struct bd_command *command)
 {
     const struct bd_store_entry *entry;
     enum bd_err err = bd_store_get(command->steps.loop->serving->store, command->place.scene_id,
-                                   &entry, &command->steps.fault);
+                                   &entry, &command->steps.detail);
     if (!err) command->answer = bd_answer_scene(entry);
     return err;
 }
@@ -170,7 +171,7 @@ static enum bd_err stage_removal(struct bd_command *command)
 {
     const char *id = command->envelope->scene_remove->id;
     enum bd_err err = bd_store_stage_remove(command->steps.loop->serving->store, id ? id : "",
-                                            &command->place.batch, &command->steps.fault);
+                                            &command->place.batch, &command->steps.detail);
     if (!err) command->answer = bd_answer_done();
     return err;
 }

@@ -17,7 +17,7 @@
 struct bd_commit {
     struct bd_steps steps;    // first
     struct bd_batch *first;   // what is on its way
-    struct bd_batch *refused; // what of it cannot be kept, by a fault of its own
+    struct bd_batch *refused; // what of it cannot be kept, by an error of its own
     bool is_under_way;
     uv_check_t after_poll; // when all that has arrived was looked at
     uv_idle_t no_sleep;    // so that the poll before it does not wait
@@ -25,10 +25,10 @@ struct bd_commit {
 
 // --- what becomes of a batch ----------------------------------------------------------------
 
-static void tell(const struct bd_batch *batch, enum bd_err err, const struct bd_fault *fault)
+static void tell(const struct bd_batch *batch, enum bd_err err, const struct bd_err_detail *detail)
 {
     struct bd_commit_waiter *waiter = batch->user;
-    if (waiter) waiter->done(waiter, batch, err, fault);
+    if (waiter) waiter->done(waiter, batch, err, detail);
 }
 
 static struct bd_scene *retain_shown(const struct bd_commits *commits, const char *scene_id)
@@ -61,7 +61,7 @@ static void publish(struct bd_commits *commits, struct bd_batch *batch)
 }
 
 // The store hears of all of them before any client does: whoever hears it may stage the next edit
-// at once, which has to find heads that nothing else will take back. Each batch carries its fault.
+// at once, which has to find heads that nothing else will take back. Each batch carries its error.
 static void fail_list(struct bd_commits *commits, struct bd_batch *first)
 {
     bool was_transient = false;
@@ -74,7 +74,7 @@ static void fail_list(struct bd_commits *commits, struct bd_batch *first)
     while (first) {
         struct bd_batch *batch = first;
         first = batch->next;
-        tell(batch, batch->fault.err, &batch->fault);
+        tell(batch, batch->detail.err, &batch->detail);
         bd_batch_free(&batch);
     }
 }
@@ -87,10 +87,10 @@ static struct bd_batch **end_of(struct bd_batch **list)
 
 // What was staged on top of what cannot be kept cannot stand either.
 static void fail_all(struct bd_commits *commits, struct bd_batch *first,
-                     const struct bd_fault *fault)
+                     const struct bd_err_detail *detail)
 {
     *end_of(&first) = bd_store_take_staged(commits->loop->serving->store);
-    for (struct bd_batch *batch = first; batch; batch = batch->next) batch->fault = *fault;
+    for (struct bd_batch *batch = first; batch; batch = batch->next) batch->detail = *detail;
     fail_list(commits, first);
 }
 
@@ -106,7 +106,7 @@ static bool set_aside(struct bd_commit *commit, const struct bd_batch *faulty)
     while (*at != faulty) at = &(*at)->next;
     struct bd_batch *batch = *at;
     *at = batch->next;
-    batch->fault = commit->steps.fault;
+    batch->detail = commit->steps.detail;
     batch->next = commit->refused;
     commit->refused = batch;
     return true;
@@ -119,7 +119,7 @@ static enum bd_err write_batches(struct bd_commit *commit)
     enum bd_err err;
     do {
         faulty = NULL;
-        err = bd_store_write(journal, commit->first, &faulty, &commit->steps.fault);
+        err = bd_store_write(journal, commit->first, &faulty, &commit->steps.detail);
     } while (err && set_aside(commit, faulty));
     return err;
 }
@@ -136,9 +136,9 @@ static void end(struct bd_steps *steps)
     struct bd_batch *batch = commit->first, *refused = commit->refused;
     commit->first = commit->refused = NULL;
     commit->is_under_way = false;
-    if (steps->fault.err) {
-        bd_log(BD_LOG_ERROR, "net", "edits refused: %s", steps->fault.message);
-        fail_all(commits, batch, &steps->fault);
+    if (steps->detail.err) {
+        bd_log(BD_LOG_ERROR, "net", "edits refused: %s", steps->detail.message);
+        fail_all(commits, batch, &steps->detail);
         batch = NULL;
     }
     fail_list(commits, refused);
@@ -169,7 +169,7 @@ static void write_staged(uv_check_t *check)
     commit->first = bd_store_take_staged(commits->loop->serving->store);
     if (!commit->first) return;
     commit->is_under_way = true;
-    commit->steps.fault.err = BD_ERR_OK;
+    commit->steps.detail.err = BD_ERR_OK;
     bd_steps_begin(&commit->steps, to_disk);
 }
 

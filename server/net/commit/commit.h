@@ -15,7 +15,7 @@ struct bd_commits;
 struct bd_commit_waiter {
     // Once: BD_ERR_OK after it was published, or why it was not. `batch` is gone afterwards.
     void (*done)(struct bd_commit_waiter *waiter, const struct bd_batch *batch, enum bd_err err,
-                 const struct bd_fault *fault);
+                 const struct bd_err_detail *detail);
 };
 
 // Something was staged: it will be written once the loop has seen all that has arrived.

@@ -80,13 +80,13 @@ void bd_edit_queue_leave(struct bd_edit_place *place)
 // Runs while a commit is published, which asks the queue itself once all is told. An edit that kept
 // its turn is asked then, too.
 static void on_disk(struct bd_commit_waiter *waiter, const struct bd_batch *batch, enum bd_err err,
-                    const struct bd_fault *fault)
+                    const struct bd_err_detail *detail)
 {
     struct bd_edit_place *place = BD_STEPS_OWNER(waiter, struct bd_edit_place, waiter);
     struct bd_steps *steps = place->steps;
     const bool is_held = steps->step->on == &bd_on_disk_held;
     place->batch = NULL;
-    if (err) steps->fault = *fault;
+    if (err) steps->detail = *detail;
     bd_steps_record(steps, err);
     if (!err) memcpy(place->scene_id, batch->scene_id, sizeof place->scene_id);
     if (is_held && !err) {

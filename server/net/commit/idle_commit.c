@@ -26,11 +26,11 @@ void bd_idle_commit_watch(struct bd_commits *commits)
 }
 
 // What goes by itself is not worth a word: an edit on its way to the disk, a scene that leaves.
-static void warn(const char *scene_id, const struct bd_fault *fault)
+static void warn(const char *scene_id, const struct bd_err_detail *detail)
 {
-    if (fault->err == BD_ERR_BUSY || fault->err == BD_ERR_NOT_FOUND) return;
+    if (detail->err == BD_ERR_BUSY || detail->err == BD_ERR_NOT_FOUND) return;
     bd_log(BD_LOG_WARN, "net", "%s: transient changes stay so for now: %s", scene_id,
-           fault->message);
+           detail->message);
 }
 
 // How long until the scene is to be looked at again; UINT64_MAX: there is no need. Each author's is
@@ -39,12 +39,12 @@ static uint64_t commit_one(struct bd_commits *commits, const struct bd_store_ent
 {
     while (entry->transient_ns > 0) {
         struct bd_batch *batch = NULL;
-        struct bd_fault fault = {0};
+        struct bd_err_detail detail = {0};
         const uint64_t quiet_ns = bd_clock_ns() - entry->transient_ns;
         if (!all && quiet_ns < QUIET_NS) return QUIET_NS - quiet_ns;
         if (bd_store_stage_commit(commits->loop->serving->store, entry->id, NULL, NULL, &batch,
-                                  &fault)) {
-            warn(entry->id, &fault);
+                                  &detail)) {
+            warn(entry->id, &detail);
             return QUIET_NS;
         }
         bd_commit_soon(commits);

@@ -26,7 +26,7 @@ static struct bd_journal *journal_of(const struct bd_upkeep *upkeep)
 static enum bd_err save_snapshot(struct bd_upkeep *upkeep)
 {
     return bd_store_snapshot(journal_of(upkeep), upkeep->scene_id, upkeep->revision, upkeep->scene,
-                             &upkeep->steps.fault);
+                             &upkeep->steps.detail);
 }
 
 // Each part a turn of its own, so that commits get theirs between them.
@@ -39,7 +39,7 @@ static enum bd_err compact(struct bd_upkeep *upkeep)
 {
     bool is_done = true;
     enum bd_err err = bd_journal_compact(journal_of(upkeep), upkeep->scene_id, BD_STORE_KEEP_EDITS,
-                                         &is_done, &upkeep->steps.fault);
+                                         &is_done, &upkeep->steps.detail);
     repeat_unless(is_done, upkeep);
     return err;
 }
@@ -47,7 +47,7 @@ static enum bd_err compact(struct bd_upkeep *upkeep)
 static enum bd_err collect(struct bd_upkeep *upkeep)
 {
     bool is_done = true;
-    enum bd_err err = bd_journal_collect(journal_of(upkeep), &is_done, &upkeep->steps.fault);
+    enum bd_err err = bd_journal_collect(journal_of(upkeep), &is_done, &upkeep->steps.detail);
     repeat_unless(is_done, upkeep);
     return err;
 }
@@ -75,17 +75,17 @@ static void drop_first(struct bd_commits *commits)
 
 // A scene that was removed meanwhile has no history to look after; what the daemon's end stops is
 // done by the next one.
-static bool is_worth_a_word(const struct bd_fault *fault)
+static bool is_worth_a_word(const struct bd_err_detail *detail)
 {
-    const bool is_removed = fault->err == BD_ERR_NOT_FOUND && strcmp(fault->field, "scene") == 0;
-    return fault->err && fault->err != BD_ERR_CANCELLED && !is_removed;
+    const bool is_removed = detail->err == BD_ERR_NOT_FOUND && strcmp(detail->field, "scene") == 0;
+    return detail->err && detail->err != BD_ERR_CANCELLED && !is_removed;
 }
 
 static void end(struct bd_steps *steps)
 {
     struct bd_commits *commits = steps->commits;
-    if (is_worth_a_word(&steps->fault))
-        bd_log(BD_LOG_WARN, "net", "upkeep of the journal put off: %s", steps->fault.message);
+    if (is_worth_a_word(&steps->detail))
+        bd_log(BD_LOG_WARN, "net", "upkeep of the journal put off: %s", steps->detail.message);
     drop_first(commits);
     while (commits->upkeep && commits->loop->draining) drop_first(commits); // theirs never begin
     if (commits->upkeep) begin(commits->upkeep);

@@ -127,22 +127,22 @@ static void refuse_bytes(struct bd_http *http)
     http->method = -1;
     if (http->head.bytes > http->head.bytes_max) {
         refusal.status = 431;
-        bd_fault_set(&refusal.fault, BD_ERR_LIMIT, "head_bytes",
-                     "the head is longer than %zu bytes (limit head_bytes)", http->head.bytes_max);
+        bd_err_set(&refusal.detail, BD_ERR_LIMIT, "head_bytes",
+                   "the head is longer than %zu bytes (limit head_bytes)", http->head.bytes_max);
     } else if (http->head.seen[BD_HTTP_TRANSFER_ENCODING]) {
         if (!http->head.seen[BD_HTTP_CONTENT_LENGTH]) refusal.status = 411;
-        bd_fault_set(&refusal.fault, BD_ERR_USAGE, "Transfer-Encoding",
-                     "a body comes with Content-Length, not with Transfer-Encoding");
+        bd_err_set(&refusal.detail, BD_ERR_USAGE, "Transfer-Encoding",
+                   "a body comes with Content-Length, not with Transfer-Encoding");
     } else if (!http->breach && error == HPE_INVALID_VERSION) {
         refusal.status = 505;
-        bd_fault_set(&refusal.fault, BD_ERR_UNSUPPORTED, "", "HTTP 1.1 is spoken here");
+        bd_err_set(&refusal.detail, BD_ERR_UNSUPPORTED, "", "HTTP 1.1 is spoken here");
     } else {
-        bd_fault_set(&refusal.fault, BD_ERR_USAGE, "", "this is no HTTP request: %s",
-                     why ? why : llhttp_errno_name(error));
+        bd_err_set(&refusal.detail, BD_ERR_USAGE, "", "this is no HTTP request: %s",
+                   why ? why : llhttp_errno_name(error));
     }
-    bd_log(BD_LOG_DEBUG, "net/http", "%s: %s", http->conn.client->key, refusal.fault.message);
+    bd_log(BD_LOG_DEBUG, "net/http", "%s: %s", http->conn.client->key, refusal.detail.message);
     http->phase = BD_HTTP_PHASE_BUSY;
-    bd_http_send_fault(http, &refusal);
+    bd_http_send_error(http, &refusal);
 }
 
 // Gives bytes to the parser. Returns how much it took: less than all at the end of a request.
@@ -296,10 +296,10 @@ static void on_silent(struct bd_conn *conn)
                         : conn->is_slow                   ? "slow_bytes_per_second"
                                                           : "idle_seconds";
     struct bd_http_refusal refusal = {.status = 408};
-    bd_fault_set(&refusal.fault, BD_ERR_DEADLINE, limit,
-                 "the request took too long to arrive (limit %s)", limit);
+    bd_err_set(&refusal.detail, BD_ERR_DEADLINE, limit,
+               "the request took too long to arrive (limit %s)", limit);
     http->keep_alive = false;
-    bd_http_send_fault(http, &refusal);
+    bd_http_send_error(http, &refusal);
 }
 
 static void on_drain(struct bd_conn *conn)

@@ -16,8 +16,8 @@ static enum bd_err check_once(const struct bd_http_head *head, struct bd_http_re
                 {BD_HTTP_AUTHORIZATION, "Authorization"}};
     for (size_t i = 0; i < sizeof once / sizeof once[0]; i++)
         if (head->seen[once[i].header] > 1)
-            return bd_fault_set(&refusal->fault, BD_ERR_USAGE, once[i].name,
-                                "the header %s is there more than once", once[i].name);
+            return bd_err_set(&refusal->detail, BD_ERR_USAGE, once[i].name,
+                              "the header %s is there more than once", once[i].name);
     return BD_ERR_OK;
 }
 
@@ -26,8 +26,8 @@ static enum bd_err check_length(const struct bd_http_head *head, struct bd_http_
 {
     if (!head->seen[BD_HTTP_TRANSFER_ENCODING]) return BD_ERR_OK;
     refusal->status = head->seen[BD_HTTP_CONTENT_LENGTH] ? 400 : 411;
-    return bd_fault_set(&refusal->fault, BD_ERR_USAGE, "Transfer-Encoding",
-                        "a body comes with Content-Length, not with Transfer-Encoding");
+    return bd_err_set(&refusal->detail, BD_ERR_USAGE, "Transfer-Encoding",
+                      "a body comes with Content-Length, not with Transfer-Encoding");
 }
 
 static size_t host_length(const char *host)
@@ -69,13 +69,13 @@ static enum bd_err check_site(const struct bd_http_guard *guard, const struct bd
 {
     const char *host = head->values[BD_HTTP_HOST];
     const char *origin = head->values[BD_HTTP_ORIGIN];
-    if (!host) return bd_fault_set(&refusal->fault, BD_ERR_USAGE, "Host", "a request needs a Host");
+    if (!host) return bd_err_set(&refusal->detail, BD_ERR_USAGE, "Host", "a request needs a Host");
     if (!host_is_ours(guard, host))
-        return bd_fault_set(&refusal->fault, BD_ERR_FORBIDDEN, "Host",
-                            "this server is not called \"%.80s\" (see --public-name)", host);
+        return bd_err_set(&refusal->detail, BD_ERR_FORBIDDEN, "Host",
+                          "this server is not called \"%.80s\" (see --public-name)", host);
     if (origin && !origin_is_ours(origin, host))
-        return bd_fault_set(&refusal->fault, BD_ERR_FORBIDDEN, "Origin",
-                            "pages of \"%.80s\" may not ask this server", origin);
+        return bd_err_set(&refusal->detail, BD_ERR_FORBIDDEN, "Origin",
+                          "pages of \"%.80s\" may not ask this server", origin);
     return BD_ERR_OK;
 }
 
@@ -85,8 +85,8 @@ static enum bd_err check_cookie_use(const struct bd_http_guard *guard,
                                     struct bd_http_refusal *refusal)
 {
     if (!guard->changes || head->values[BD_HTTP_ORIGIN]) return BD_ERR_OK;
-    return bd_fault_set(&refusal->fault, BD_ERR_FORBIDDEN, "Origin",
-                        "a request that changes something by cookie needs its page's Origin");
+    return bd_err_set(&refusal->detail, BD_ERR_FORBIDDEN, "Origin",
+                      "a request that changes something by cookie needs its page's Origin");
 }
 
 static const char *find_token(const struct bd_http_head *head)
@@ -114,9 +114,9 @@ static enum bd_err check_token(const struct bd_http_guard *guard, const struct b
     *grant = bd_http_guard_grant(guard, head, &token);
     const bool is_by_cookie = !token && guard->needs_token && bd_tokens_needed(guard->tokens);
     if (*grant) return is_by_cookie ? check_cookie_use(guard, head, refusal) : BD_ERR_OK;
-    return bd_fault_set(&refusal->fault, BD_ERR_UNAUTHORIZED, "Authorization",
-                        token ? "the token is not one of ours"
-                              : "a token is needed: Authorization: Bearer TOKEN");
+    return bd_err_set(&refusal->detail, BD_ERR_UNAUTHORIZED, "Authorization",
+                      token ? "the token is not one of ours"
+                            : "a token is needed: Authorization: Bearer TOKEN");
 }
 
 static enum bd_err check_expect(const struct bd_http_head *head, struct bd_http_refusal *refusal)
@@ -124,8 +124,8 @@ static enum bd_err check_expect(const struct bd_http_head *head, struct bd_http_
     const char *expect = head->values[BD_HTTP_EXPECT];
     if (!expect || strcasecmp(expect, "100-continue") == 0) return BD_ERR_OK;
     refusal->status = 417;
-    return bd_fault_set(&refusal->fault, BD_ERR_UNSUPPORTED, "Expect",
-                        "only 100-continue can be expected");
+    return bd_err_set(&refusal->detail, BD_ERR_UNSUPPORTED, "Expect",
+                      "only 100-continue can be expected");
 }
 
 enum bd_err bd_http_guard_check(const struct bd_http_guard *guard, const struct bd_http_head *head,
@@ -176,10 +176,10 @@ enum bd_err bd_http_guard_content_type(const struct bd_http_head *head, bool is_
     for (size_t i = 0; always[i]; i++)
         if ((is_scene || i < 3) && bd_http_media_is(value, always[i])) return BD_ERR_OK;
     if (!is_scene || !bd_http_media_is(value, "multipart/form-data"))
-        return bd_fault_set(&refusal->fault, BD_ERR_UNSUPPORTED, "Content-Type",
-                            "\"%.60s\" is no content type that this request takes",
-                            value ? value : "");
+        return bd_err_set(&refusal->detail, BD_ERR_UNSUPPORTED, "Content-Type",
+                          "\"%.60s\" is no content type that this request takes",
+                          value ? value : "");
     if (head->values[BD_HTTP_BOUNCED_CLIENT]) return BD_ERR_OK;
-    return bd_fault_set(&refusal->fault, BD_ERR_UNSUPPORTED, "Bounced-Client",
-                        "multipart/form-data needs the header Bounced-Client, with any value");
+    return bd_err_set(&refusal->detail, BD_ERR_UNSUPPORTED, "Bounced-Client",
+                      "multipart/form-data needs the header Bounced-Client, with any value");
 }

@@ -26,7 +26,7 @@ struct bd_http_guard {
 // A refusal and the status to send; `status` 0: the one that the error has.
 struct bd_http_refusal {
     int status;
-    struct bd_fault fault;
+    struct bd_err_detail detail;
 };
 
 // What the head's credentials allow: bd_grant_of_all where none are needed, NULL where there are

@@ -77,7 +77,7 @@ void bd_http_end_session(struct bd_http *http);
 
 // --- http_reply.c: answers ---
 
-void bd_http_send_fault(struct bd_http *http, const struct bd_http_refusal *refusal);
+void bd_http_send_error(struct bd_http *http, const struct bd_http_refusal *refusal);
 void bd_http_send_text(struct bd_http *http, int status, const char *type, const char *text);
 // A file of the viewer, or that the peer has it already.
 void bd_http_send_file(struct bd_http *http, const struct bd_viewer_file *file);

@@ -128,11 +128,11 @@ static void send_message(struct bd_http *http, int status, const ProtobufCMessag
     }
 }
 
-void bd_http_send_fault(struct bd_http *http, const struct bd_http_refusal *refusal)
+void bd_http_send_error(struct bd_http *http, const struct bd_http_refusal *refusal)
 {
-    struct bd_answer answer = bd_answer_error(&refusal->fault);
+    struct bd_answer answer = bd_answer_error(&refusal->detail);
     http->conn.loop->counts.requests_refused++;
-    send_message(http, refusal->status ? refusal->status : bd_err_http_status(refusal->fault.err),
+    send_message(http, refusal->status ? refusal->status : bd_err_http_status(refusal->detail.err),
                  &answer.envelope->error->base);
     bd_answer_finish(&answer);
 }
@@ -236,8 +236,8 @@ static void send_blob_reply(struct bd_http *http, const Bounced__BlobReply *repl
         return;
     }
     struct bd_http_refusal refusal = {0};
-    bd_fault_set(&refusal.fault, BD_ERR_NOT_FOUND, "blob", "there is no such blob");
-    bd_http_send_fault(http, &refusal);
+    bd_err_set(&refusal.detail, BD_ERR_NOT_FOUND, "blob", "there is no such blob");
+    bd_http_send_error(http, &refusal);
 }
 
 void bd_http_send_answer(struct bd_http *http, struct bd_answer *answer)

@@ -45,21 +45,21 @@ static void start(struct bd_http *http, struct bd_answer request, struct bd_comm
     if (command) http->command = command;
 }
 
-static void send_refusal(struct bd_http *http, const struct bd_fault *fault)
+static void send_refusal(struct bd_http *http, const struct bd_err_detail *detail)
 {
-    struct bd_http_refusal refusal = {.fault = *fault};
-    bd_http_send_fault(http, &refusal);
+    struct bd_http_refusal refusal = {.detail = *detail};
+    bd_http_send_error(http, &refusal);
 }
 
 static void start_by_row(struct bd_http *http)
 {
     const struct bd_command_row *row = bd_http_command_by(http->target.command, http->method);
     struct bd_answer request;
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     BD_ASSERT(row); // or refused with its head
     http->is_scene_add = row->body == BOUNCED__ENVELOPE__BODY_SCENE_ADD;
-    if (bd_http_command_read(http, row, &request, &fault))
-        send_refusal(http, &fault);
+    if (bd_http_command_read(http, row, &request, &detail))
+        send_refusal(http, &detail);
     else
         start(http, request, NULL);
 }
@@ -68,10 +68,10 @@ static void start_by_row(struct bd_http *http)
 static Bounced__Render *new_render(struct bd_http *http)
 {
     Bounced__Render *render;
-    struct bd_fault fault;
-    if (!bd_http_query_read(http->target.query, http->target.extension, &render, &fault))
+    struct bd_err_detail detail;
+    if (!bd_http_query_read(http->target.query, http->target.extension, &render, &detail))
         return render;
-    send_refusal(http, &fault);
+    send_refusal(http, &detail);
     return NULL;
 }
 
@@ -144,7 +144,7 @@ static void end_spool(struct bd_http *http)
 void bd_http_run(struct bd_http *http)
 {
     if (http->has_refusal) {
-        bd_http_send_fault(http, &http->refusal);
+        bd_http_send_error(http, &http->refusal);
         return;
     }
     switch (http->target.route) {
@@ -208,8 +208,8 @@ static enum bd_err check_blob_name(struct bd_http *http)
 {
     if (http->target.route != BD_HTTP_ROUTE_BLOB || bd_blob_name_is_valid(http->target.id))
         return BD_ERR_OK;
-    return bd_fault_set(&http->refusal.fault, BD_ERR_USAGE, "path",
-                        "a blob's name is sha256: and 64 lower-case hexadecimal digits");
+    return bd_err_set(&http->refusal.detail, BD_ERR_USAGE, "path",
+                      "a blob's name is sha256: and 64 lower-case hexadecimal digits");
 }
 
 static enum bd_err check_body_size(struct bd_http *http)
@@ -220,9 +220,9 @@ static enum bd_err check_body_size(struct bd_http *http)
     uint64_t size = http->parser.content_length;
     const char *name = is_long ? "blob_bytes" : "message_bytes";
     if (size <= most) return BD_ERR_OK;
-    return bd_fault_set(&http->refusal.fault, BD_ERR_LIMIT, name,
-                        "a body of %llu bytes is above the limit %s of %llu",
-                        (unsigned long long)size, name, (unsigned long long)most);
+    return bd_err_set(&http->refusal.detail, BD_ERR_LIMIT, name,
+                      "a body of %llu bytes is above the limit %s of %llu",
+                      (unsigned long long)size, name, (unsigned long long)most);
 }
 
 // The client, by its grant and address, and its bucket of requests.
@@ -232,13 +232,13 @@ static enum bd_err check_rate(struct bd_http *http, const struct bd_http_guard *
     bool has_token;
     const struct bd_grant *grant = bd_http_guard_grant(guard, &http->head, &has_token);
     enum bd_err err =
-        bd_conn_identify(&http->conn, grant, bd_grant_token(grant), &http->refusal.fault);
+        bd_conn_identify(&http->conn, grant, bd_grant_token(grant), &http->refusal.detail);
     if (err) return err;
     if (!grant && has_token)
-        return bd_client_take_failed_login(loop->clients, http->conn.origin, &http->refusal.fault);
+        return bd_client_take_failed_login(loop->clients, http->conn.origin, &http->refusal.detail);
     if (http->target.route == BD_HTTP_ROUTE_HEALTH || http->target.route == BD_HTTP_ROUTE_READY)
         return BD_ERR_OK;
-    return bd_client_take_request(loop->clients, http->conn.client, &http->refusal.fault);
+    return bd_client_take_request(loop->clients, http->conn.client, &http->refusal.detail);
 }
 
 static enum bd_err check_version(struct bd_http *http)
@@ -246,7 +246,7 @@ static enum bd_err check_version(struct bd_http *http)
     if (http->parser.http_major == 1 && http->parser.http_minor <= 1) return BD_ERR_OK;
     http->refusal.status = 505;
     http->keep_alive = false;
-    return bd_fault_set(&http->refusal.fault, BD_ERR_UNSUPPORTED, "", "HTTP 1.1 is spoken here");
+    return bd_err_set(&http->refusal.detail, BD_ERR_UNSUPPORTED, "", "HTTP 1.1 is spoken here");
 }
 
 static bool is_login(const struct bd_http *http)
@@ -297,7 +297,7 @@ enum bd_err bd_http_check_head(struct bd_http *http)
     if (!err && http->target.route == BD_HTTP_ROUTE_SOCKET)
         err = bd_ws_check_handshake(&http->head, &http->refusal);
     http->refusal.status = err ? http->refusal.status : 0;
-    if (!err) err = bd_grant_check_role(http->grant, role_for(http), &http->refusal.fault);
+    if (!err) err = bd_grant_check_role(http->grant, role_for(http), &http->refusal.detail);
     if (!err) err = check_blob_name(http);
     if (!err) err = check_body_size(http);
     http->conn.is_known |= !err && guard.needs_token;
@@ -311,14 +311,14 @@ static void on_spool_drained(void *user)
     bd_conn_read(&((struct bd_http *)user)->conn, true);
 }
 
-static void on_spool_ended(void *user, enum bd_err err, const struct bd_fault *fault)
+static void on_spool_ended(void *user, enum bd_err err, const struct bd_err_detail *detail)
 {
     struct bd_http *http = user;
     if (err) {
-        struct bd_http_refusal refusal = {.fault = *fault};
+        struct bd_http_refusal refusal = {.detail = *detail};
         // The disk may fail in mid-body: what still comes is not ours to read.
         if (http->phase == BD_HTTP_PHASE_BODY) http->keep_alive = false;
-        bd_http_send_fault(http, &refusal);
+        bd_http_send_error(http, &refusal);
     } else if (http->target.route == BD_HTTP_ROUTE_RENDER) {
         bd_http_render_body(http);
     } else {
@@ -383,8 +383,8 @@ static bool has_good_body(struct bd_http *http)
     ProtobufCMessage *message;
     if (http->body_bytes == 0 || !bd_http_media_is(type, "application/json")) return true;
     if (bd_json_text_to_message((const char *)http->body, http->body_bytes,
-                                &bounced__done__descriptor, &message, &refusal.fault)) {
-        bd_http_send_fault(http, &refusal);
+                                &bounced__done__descriptor, &message, &refusal.detail)) {
+        bd_http_send_error(http, &refusal);
         return false;
     }
     protobuf_c_message_free_unpacked(message, NULL);

@@ -140,16 +140,16 @@ enum bd_err bd_http_route_check(const struct bd_http_target *target, int method,
 {
     *refusal = (struct bd_http_refusal){0};
     if (target->route == BD_HTTP_ROUTE_NONE)
-        return bd_fault_set(&refusal->fault, BD_ERR_NOT_FOUND, "path", "there is nothing here");
+        return bd_err_set(&refusal->detail, BD_ERR_NOT_FOUND, "path", "there is nothing here");
     if (method < 0 || !(methods_of(target) & 1u << method)) {
         refusal->status = 405;
-        return bd_fault_set(&refusal->fault, BD_ERR_USAGE, "method", "not by this method");
+        return bd_err_set(&refusal->detail, BD_ERR_USAGE, "method", "not by this method");
     }
     if (!target->query[0] || takes_query(target, method)) return BD_ERR_OK;
     char name[64];
     snprintf(name, sizeof name, "%.*s", (int)strcspn(target->query, "=&"), target->query);
-    return bd_fault_set(&refusal->fault, BD_ERR_USAGE, name,
-                        "there is no option \"%s\": this request takes none", name);
+    return bd_err_set(&refusal->detail, BD_ERR_USAGE, name,
+                      "there is no option \"%s\": this request takes none", name);
 }
 
 // --- queries -------------------------------------------------------------------------------------
@@ -219,9 +219,9 @@ static bool set_environment(char *value, Bounced__Render *render)
 }
 
 static enum bd_err refuse(const char *name, const char *wanted, const char *value,
-                          struct bd_fault *fault)
+                          struct bd_err_detail *detail)
 {
-    return bd_fault_set(fault, BD_ERR_USAGE, name, "%s is %s, not \"%.60s\"", name, wanted, value);
+    return bd_err_set(detail, BD_ERR_USAGE, name, "%s is %s, not \"%.60s\"", name, wanted, value);
 }
 
 // What is no picture has its report as JSON.
@@ -232,36 +232,36 @@ static const char *encoding_of(const char *name)
 
 // `says_encoding`: the query does, not the path.
 static enum bd_err set_pair(const char *name, char *value, bool says_encoding,
-                            Bounced__Render *render, struct bd_fault *fault)
+                            Bounced__Render *render, struct bd_err_detail *detail)
 {
     // The one that is beside the frame.
     if (strcmp(name, "environment") == 0) {
         if (set_environment(value, render)) return BD_ERR_OK;
-        return refuse(name, "R,G,B in cd/m^2, or sha256:HEX of a map", value, fault);
+        return refuse(name, "R,G,B in cd/m^2, or sha256:HEX of a map", value, detail);
     }
-    const struct bd_frame_option *option = bd_frame_option_named(name, fault);
+    const struct bd_frame_option *option = bd_frame_option_named(name, detail);
     if (!option) return BD_ERR_USAGE;
     const bool is_encoding = strcmp(option->name, "encoding") == 0;
     if (is_encoding && !says_encoding)
-        return bd_fault_set(fault, BD_ERR_USAGE, name, "%s: the path says it", name);
+        return bd_err_set(detail, BD_ERR_USAGE, name, "%s: the path says it", name);
     return bd_frame_option_set(option, is_encoding ? encoding_of(value) : value, render->frame,
-                               fault);
+                               detail);
 }
 
 static enum bd_err read_pairs(char *text, bool says_encoding, Bounced__Render *render,
-                              struct bd_fault *fault)
+                              struct bd_err_detail *detail)
 {
     char *rest = NULL;
     int count = 0;
     for (char *pair = strtok_r(text, "&", &rest); pair; pair = strtok_r(NULL, "&", &rest)) {
         char *value = strchr(pair, '=');
         if (!value || ++count > PAIRS_MAX)
-            return bd_fault_set(fault, BD_ERR_USAGE, "query", "a query is up to %d NAME=VALUE",
-                                PAIRS_MAX);
+            return bd_err_set(detail, BD_ERR_USAGE, "query", "a query is up to %d NAME=VALUE",
+                              PAIRS_MAX);
         *value++ = 0;
         if (!bd_http_query_decode(pair) || !bd_http_query_decode(value))
-            return bd_fault_set(fault, BD_ERR_USAGE, "query", "the query has a broken %%-escape");
-        enum bd_err err = set_pair(pair, value, says_encoding, render, fault);
+            return bd_err_set(detail, BD_ERR_USAGE, "query", "the query has a broken %%-escape");
+        enum bd_err err = set_pair(pair, value, says_encoding, render, detail);
         if (err) return err;
     }
     return BD_ERR_OK;
@@ -279,12 +279,12 @@ static Bounced__Render *new_render(void)
 }
 
 enum bd_err bd_http_query_read(const char *query, const char *extension, Bounced__Render **out,
-                               struct bd_fault *fault)
+                               struct bd_err_detail *detail)
 {
     Bounced__Render *render = new_render();
     char *text = bd_answer_text(query);
     if (extension[0]) replace_text(&render->frame->encoding, encoding_of(extension));
-    enum bd_err err = read_pairs(text, !extension[0], render, fault);
+    enum bd_err err = read_pairs(text, !extension[0], render, detail);
     free(text);
     if (err)
         bounced__render__free_unpacked(render, NULL);
@@ -312,13 +312,13 @@ static bool take_fps(char *query, double *frames_per_second)
 }
 
 enum bd_err bd_http_query_read_stream(const char *query, Bounced__Render **out,
-                                      double *frames_per_second, struct bd_fault *fault)
+                                      double *frames_per_second, struct bd_err_detail *detail)
 {
     char *text = bd_answer_text(query);
     *frames_per_second = 0;
     enum bd_err err = take_fps(text, frames_per_second)
-                          ? bd_http_query_read(text, "jpg", out, fault)
-                          : bd_fault_set(fault, BD_ERR_USAGE, "fps", "fps is a number");
+                          ? bd_http_query_read(text, "jpg", out, detail)
+                          : bd_err_set(detail, BD_ERR_USAGE, "fps", "fps is a number");
     free(text);
     return err;
 }
@@ -396,7 +396,7 @@ static bool take_pair(const struct bd_command_row *row, ProtobufCMessage *messag
 }
 
 static enum bd_err read_query(const char *query, const struct bd_command_row *row,
-                              ProtobufCMessage **out, struct bd_fault *fault)
+                              ProtobufCMessage **out, struct bd_err_detail *detail)
 {
     char *copy = bd_answer_text(query), *rest = NULL;
     enum bd_err err = BD_ERR_OK;
@@ -405,10 +405,10 @@ static enum bd_err read_query(const char *query, const struct bd_command_row *ro
         char *value = strchr(pair, '=');
         if (value) *value++ = 0;
         if (!take_pair(row, *out, pair, value))
-            err = bd_fault_set(fault, BD_ERR_USAGE, pair,
-                               "\"%.40s\" is no option of this request, or its value makes no "
-                               "sense",
-                               pair);
+            err = bd_err_set(detail, BD_ERR_USAGE, pair,
+                             "\"%.40s\" is no option of this request, or its value makes no "
+                             "sense",
+                             pair);
     }
     free(copy);
     if (err) protobuf_c_message_free_unpacked(*out, NULL);
@@ -417,26 +417,26 @@ static enum bd_err read_query(const char *query, const struct bd_command_row *ro
 
 // --- commands, by bodies --------------------------------------------------------------------
 
-static enum bd_err check_op(size_t index, const json_t *op, struct bd_fault *fault)
+static enum bd_err check_op(size_t index, const json_t *op, struct bd_err_detail *detail)
 {
     char path[32];
     if (json_is_object(op) && json_object_size(op) == 1) return BD_ERR_OK;
     snprintf(path, sizeof path, "ops[%zu]", index);
-    return bd_fault_set(fault, BD_ERR_USAGE, path,
-                        "an operation is an object with one name: {\"set_light\": {...}}");
+    return bd_err_set(detail, BD_ERR_USAGE, path,
+                      "an operation is an object with one name: {\"set_light\": {...}}");
 }
 
-static enum bd_err check_ops(const json_t *json, struct bd_fault *fault)
+static enum bd_err check_ops(const json_t *json, struct bd_err_detail *detail)
 {
     const json_t *ops = json_object_get(json, "ops");
     enum bd_err err = BD_ERR_OK;
     for (size_t i = 0; !err && i < json_array_size(ops); i++)
-        err = check_op(i, json_array_get(ops, i), fault);
+        err = check_op(i, json_array_get(ops, i), detail);
     return err;
 }
 
 static enum bd_err read_json(const struct bd_http *http, const struct bd_command_row *row,
-                             ProtobufCMessage **out, struct bd_fault *fault)
+                             ProtobufCMessage **out, struct bd_err_detail *detail)
 {
     json_error_t error;
     // Where the path says what it is about, there may be nothing more to say.
@@ -444,27 +444,27 @@ static enum bd_err read_json(const struct bd_http *http, const struct bd_command
     json_t *json = json_loadb(is_empty ? "{}" : (const char *)http->body,
                               is_empty ? 2 : http->body_bytes, JSON_REJECT_DUPLICATES, &error);
     if (!json)
-        return bd_fault_set(fault, BD_ERR_BAD_INPUT, "body", "line %d of the body: %s", error.line,
-                            error.text);
+        return bd_err_set(detail, BD_ERR_BAD_INPUT, "body", "line %d of the body: %s", error.line,
+                          error.text);
     const bool has_ops = row->body == BOUNCED__ENVELOPE__BODY_EDIT_BATCH;
-    enum bd_err err = has_ops ? check_ops(json, fault) : BD_ERR_OK;
-    if (!err) err = bd_json_to_message(json, bd_command_message(row), out, fault);
+    enum bd_err err = has_ops ? check_ops(json, detail) : BD_ERR_OK;
+    if (!err) err = bd_json_to_message(json, bd_command_message(row), out, detail);
     json_decref(json);
     return err;
 }
 
 static enum bd_err read_protobuf(const struct bd_http *http, const struct bd_command_row *row,
-                                 ProtobufCMessage **out, struct bd_fault *fault)
+                                 ProtobufCMessage **out, struct bd_err_detail *detail)
 {
     struct bd_wire_alloc alloc;
     bd_wire_alloc_init(&alloc, bd_wire_budget(http->body_bytes));
     *out = protobuf_c_message_unpack(bd_command_message(row), &alloc.allocator, http->body_bytes,
                                      http->body);
     if (!*out)
-        return bd_fault_set(fault, BD_ERR_BAD_INPUT, "body", "the body is no %s",
-                            bd_command_message(row)->short_name);
+        return bd_err_set(detail, BD_ERR_BAD_INPUT, "body", "the body is no %s",
+                          bd_command_message(row)->short_name);
     enum bd_err err =
-        bd_wire_check_text(bd_command_message(row), http->body, http->body_bytes, fault);
+        bd_wire_check_text(bd_command_message(row), http->body, http->body_bytes, detail);
     if (err) protobuf_c_message_free_unpacked(*out, NULL);
     return err;
 }
@@ -479,17 +479,17 @@ static void set_scene(ProtobufCMessage *message, const char *name, const char *i
 }
 
 enum bd_err bd_http_command_read(const struct bd_http *http, const struct bd_command_row *row,
-                                 struct bd_answer *out, struct bd_fault *fault)
+                                 struct bd_answer *out, struct bd_err_detail *detail)
 {
     const char *type = http->head.values[BD_HTTP_CONTENT_TYPE];
     ProtobufCMessage *message = NULL;
     enum bd_err err;
     if (http->method != BD_HTTP_POST)
-        err = read_query(http->target.query, row, &message, fault);
+        err = read_query(http->target.query, row, &message, detail);
     else if (bd_http_media_is(type, "application/json"))
-        err = read_json(http, row, &message, fault);
+        err = read_json(http, row, &message, detail);
     else
-        err = read_protobuf(http, row, &message, fault);
+        err = read_protobuf(http, row, &message, detail);
     if (err) return err;
     if (row->scene) set_scene(message, row->scene, http->target.id);
     *out = bd_answer_of(row->body, message);

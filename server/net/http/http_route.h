@@ -64,12 +64,12 @@ bool bd_http_query_decode(char *text);
 // refused by name.
 BD_MUST_CHECK
 enum bd_err bd_http_query_read(const char *query, const char *extension, Bounced__Render **out,
-                               struct bd_fault *fault);
+                               struct bd_err_detail *detail);
 
 // The same for a stream of pictures: without `encoding`, and with fps=NUMBER (0: as many as go).
 BD_MUST_CHECK
 enum bd_err bd_http_query_read_stream(const char *query, Bounced__Render **out,
-                                      double *frames_per_second, struct bd_fault *fault);
+                                      double *frames_per_second, struct bd_err_detail *detail);
 
 // The first row whose path that is: others of it have other methods. `*id`: the scene's, where the
 // path has one. NULL: none.
@@ -82,6 +82,6 @@ const struct bd_command_row *bd_http_command_by(const struct bd_command_row *fir
 // does not know is refused by its name, which protobuf's form cannot tell.
 BD_MUST_CHECK
 enum bd_err bd_http_command_read(const struct bd_http *http, const struct bd_command_row *row,
-                                 struct bd_answer *out, struct bd_fault *fault);
+                                 struct bd_answer *out, struct bd_err_detail *detail);
 
 #endif

@@ -60,10 +60,10 @@ static void on_frame(void *user, struct bd_view_frame *frame)
 }
 
 // What it was cannot be said in a stream of pictures: it ends.
-static void on_end(void *user, const struct bd_fault *fault)
+static void on_end(void *user, const struct bd_err_detail *detail)
 {
     struct bd_http *http = ((struct bd_http_stream *)user)->http;
-    (void)fault;
+    (void)detail;
     bd_conn_finish(&http->conn);
 }
 
@@ -190,11 +190,11 @@ static struct bd_http_stream *create(struct bd_http *http)
 }
 
 static void refuse(struct bd_http *http, struct bd_http_stream *stream,
-                   const struct bd_fault *fault)
+                   const struct bd_err_detail *detail)
 {
-    struct bd_http_refusal refusal = {.fault = *fault};
+    struct bd_http_refusal refusal = {.detail = *detail};
     bd_http_stream_destroy(&stream);
-    bd_http_send_fault(http, &refusal);
+    bd_http_send_error(http, &refusal);
 }
 
 static void take_over(struct bd_http *http, struct bd_http_stream *stream, const char *type)
@@ -205,7 +205,7 @@ static void take_over(struct bd_http *http, struct bd_http_stream *stream, const
 }
 
 static enum bd_err open_view(struct bd_http *http, struct bd_http_stream *stream,
-                             struct bd_fault *fault)
+                             struct bd_err_detail *detail)
 {
     struct bd_view_start start = {.live = http->web->sessions->commands->live,
                                   .client = http->conn.client,
@@ -216,18 +216,18 @@ static enum bd_err open_view(struct bd_http *http, struct bd_http_stream *stream
                                   .user = stream};
     const struct bd_store_entry *entry;
     Bounced__Render *render;
-    enum bd_err err = bd_http_query_read_stream(http->target.query, &render,
-                                                &start.frames_per_second, fault);
+    enum bd_err err =
+        bd_http_query_read_stream(http->target.query, &render, &start.frames_per_second, detail);
     if (err) return err;
     start.frame = render->frame;
     if (render->environment)
-        err = bd_fault_set(fault, BD_ERR_USAGE, "environment",
-                           "an environment comes with a file; a held scene has its own");
-    if (!err) err = bd_store_get(http->conn.loop->serving->store, http->target.id, &entry, fault);
+        err = bd_err_set(detail, BD_ERR_USAGE, "environment",
+                         "an environment comes with a file; a held scene has its own");
+    if (!err) err = bd_store_get(http->conn.loop->serving->store, http->target.id, &entry, detail);
     if (!err && !bd_grant_covers(http->grant, entry->name))
-        err = bd_fault_set(fault, BD_ERR_NOT_FOUND, "scene", "there is no scene \"%.64s\"",
-                           http->target.id);
-    if (!err) err = bd_view_open(&start, &stream->view, fault);
+        err = bd_err_set(detail, BD_ERR_NOT_FOUND, "scene", "there is no scene \"%.64s\"",
+                         http->target.id);
+    if (!err) err = bd_view_open(&start, &stream->view, detail);
     bounced__render__free_unpacked(render, NULL);
     return err;
 }
@@ -235,9 +235,9 @@ static enum bd_err open_view(struct bd_http *http, struct bd_http_stream *stream
 void bd_http_begin_mjpeg(struct bd_http *http)
 {
     struct bd_http_stream *stream = create(http);
-    struct bd_fault fault;
-    if (open_view(http, stream, &fault)) {
-        refuse(http, stream, &fault);
+    struct bd_err_detail detail;
+    if (open_view(http, stream, &detail)) {
+        refuse(http, stream, &detail);
         return;
     }
     // The next picture is begun when this one has left: what lies in the system's buffer is old.
@@ -250,11 +250,11 @@ void bd_http_begin_mjpeg(struct bd_http *http)
 void bd_http_begin_events(struct bd_http *http)
 {
     struct bd_http_stream *stream = create(http);
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     stream->watch = (struct bd_watch){.grant = http->grant, .event = on_event, .user = stream};
     if (bd_watch_begin(&stream->watch, http->web->sessions->commands->live, http->target.id,
-                       &fault)) {
-        refuse(http, stream, &fault);
+                       &detail)) {
+        refuse(http, stream, &detail);
         return;
     }
     stream->is_watching = true;

@@ -123,17 +123,17 @@ static void close_with(struct bd_websocket *websocket, uint16_t code, const char
     flush(websocket);
 }
 
-static uint16_t code_of(const struct bd_fault *fault)
+static uint16_t code_of(const struct bd_err_detail *detail)
 {
-    if (!fault) return WSLAY_CODE_GOING_AWAY;
-    if (fault->err == BD_ERR_LIMIT) return WSLAY_CODE_MESSAGE_TOO_BIG;
-    if (fault->err == BD_ERR_BAD_INPUT) return WSLAY_CODE_INVALID_FRAME_PAYLOAD_DATA;
+    if (!detail) return WSLAY_CODE_GOING_AWAY;
+    if (detail->err == BD_ERR_LIMIT) return WSLAY_CODE_MESSAGE_TOO_BIG;
+    if (detail->err == BD_ERR_BAD_INPUT) return WSLAY_CODE_INVALID_FRAME_PAYLOAD_DATA;
     return WSLAY_CODE_POLICY_VIOLATION;
 }
 
-static void finish(struct bd_conn *conn, const struct bd_fault *fault)
+static void finish(struct bd_conn *conn, const struct bd_err_detail *detail)
 {
-    close_with(of(conn), code_of(fault), fault ? fault->message : "the server is shutting down");
+    close_with(of(conn), code_of(detail), detail ? detail->message : "the server is shutting down");
     bd_conn_finish(conn);
 }
 
@@ -157,10 +157,10 @@ static ssize_t on_recv(wslay_event_context_ptr events, uint8_t *out, size_t size
     return (ssize_t)size;
 }
 
-static void refuse(struct bd_websocket *websocket, const struct bd_fault *fault)
+static void refuse(struct bd_websocket *websocket, const struct bd_err_detail *detail)
 {
     websocket->is_refused = true;
-    bd_session_give_up(websocket->conn->session, fault);
+    bd_session_give_up(websocket->conn->session, detail);
 }
 
 // What a frame promises is checked before a byte of it is kept.
@@ -169,7 +169,7 @@ static void on_frame_start(wslay_event_context_ptr events,
 {
     (void)events;
     struct bd_websocket *websocket = user;
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     const struct bd_limits *limits = &websocket->conn->loop->serving->limits;
     const bool is_known = websocket->conn->is_known;
     const uint64_t most = is_known ? limits->message_bytes : limits->hello_bytes;
@@ -185,10 +185,10 @@ static void on_frame_start(wslay_event_context_ptr events,
         close_with(websocket, WSLAY_CODE_UNSUPPORTED_DATA, "messages here are binary");
         bd_conn_finish(websocket->conn);
     } else if (websocket->used > most || frame->payload_length > most - websocket->used) {
-        bd_fault_set(&fault, BD_ERR_LIMIT, name,
-                     "a message of more than %llu bytes is above the limit %s",
-                     (unsigned long long)most, name);
-        refuse(websocket, &fault);
+        bd_err_set(&detail, BD_ERR_LIMIT, name,
+                   "a message of more than %llu bytes is above the limit %s",
+                   (unsigned long long)most, name);
+        refuse(websocket, &detail);
     }
 }
 
@@ -215,12 +215,12 @@ static uint32_t header_bytes_of(const struct bd_websocket *websocket)
 static void check_header_length(struct bd_websocket *websocket)
 {
     uint64_t most = websocket->conn->loop->serving->limits.header_bytes;
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     if (websocket->used < LENGTH_BYTES || header_bytes_of(websocket) <= most) return;
-    bd_fault_set(&fault, BD_ERR_LIMIT, "header_bytes",
-                 "a header of %u bytes is above the limit header_bytes of %llu",
-                 header_bytes_of(websocket), (unsigned long long)most);
-    refuse(websocket, &fault);
+    bd_err_set(&detail, BD_ERR_LIMIT, "header_bytes",
+               "a header of %u bytes is above the limit header_bytes of %llu",
+               header_bytes_of(websocket), (unsigned long long)most);
+    refuse(websocket, &detail);
 }
 
 static void on_frame_chunk(wslay_event_context_ptr events,
@@ -236,13 +236,13 @@ static void on_frame_chunk(wslay_event_context_ptr events,
 
 static void take_message(struct bd_websocket *websocket)
 {
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     if (websocket->used < LENGTH_BYTES ||
         header_bytes_of(websocket) > websocket->used - LENGTH_BYTES) {
-        bd_fault_set(&fault, BD_ERR_BAD_INPUT, "header_len",
-                     "a message of %zu bytes is shorter than the header that it promises",
-                     websocket->used);
-        refuse(websocket, &fault);
+        bd_err_set(&detail, BD_ERR_BAD_INPUT, "header_len",
+                   "a message of %zu bytes is shorter than the header that it promises",
+                   websocket->used);
+        refuse(websocket, &detail);
         return;
     }
     struct bd_message message = {.buffer = websocket->buffer,

@@ -38,20 +38,20 @@ enum bd_err bd_ws_check_handshake(const struct bd_http_head *head,
     if (!bd_http_list_has(head->values[BD_HTTP_UPGRADE], "websocket") ||
         !bd_http_list_has(head->values[BD_HTTP_CONNECTION], "upgrade")) {
         refusal->status = 426;
-        return bd_fault_set(&refusal->fault, BD_ERR_USAGE, "Upgrade",
-                            "this address speaks WebSocket: Upgrade: websocket");
+        return bd_err_set(&refusal->detail, BD_ERR_USAGE, "Upgrade",
+                          "this address speaks WebSocket: Upgrade: websocket");
     }
     if (!version || strcmp(version, "13") != 0) {
         refusal->status = 426;
-        return bd_fault_set(&refusal->fault, BD_ERR_UNSUPPORTED, "Sec-WebSocket-Version",
-                            "version 13 of WebSocket is spoken here");
+        return bd_err_set(&refusal->detail, BD_ERR_UNSUPPORTED, "Sec-WebSocket-Version",
+                          "version 13 of WebSocket is spoken here");
     }
     if (head->seen[BD_HTTP_WS_KEY] > 1 || !is_key(head->values[BD_HTTP_WS_KEY]))
-        return bd_fault_set(&refusal->fault, BD_ERR_USAGE, "Sec-WebSocket-Key",
-                            "a key is the base64 of 16 bytes");
+        return bd_err_set(&refusal->detail, BD_ERR_USAGE, "Sec-WebSocket-Key",
+                          "a key is the base64 of 16 bytes");
     if (!bd_http_list_has(head->values[BD_HTTP_WS_PROTOCOL], BD_WS_PROTOCOL))
-        return bd_fault_set(&refusal->fault, BD_ERR_UNSUPPORTED, "Sec-WebSocket-Protocol",
-                            "the subprotocol spoken here is " BD_WS_PROTOCOL);
+        return bd_err_set(&refusal->detail, BD_ERR_UNSUPPORTED, "Sec-WebSocket-Protocol",
+                          "the subprotocol spoken here is " BD_WS_PROTOCOL);
     return BD_ERR_OK;
 }
 

@@ -118,7 +118,7 @@ static struct bd_encode_request encode_request_of(const struct bd_frame_encode *
 }
 
 enum bd_err bd_frame_encode(const struct bd_frame_encode *frame, struct bd_encoded *out,
-                            double *encode_ms, struct bd_fault *fault)
+                            double *encode_ms, struct bd_err_detail *detail)
 {
     const struct bd_job_result *result = frame->result;
     struct bd_named_layer layers[BD_LAYER_COUNT];
@@ -128,11 +128,11 @@ enum bd_err bd_frame_encode(const struct bd_frame_encode *frame, struct bd_encod
     struct bd_manifest pairs = {.entries = manifest.entries, .count = manifest.count};
     uint64_t start_ns = bd_clock_ns();
     const struct bd_encode_request request = encode_request_of(frame);
-    enum bd_err err = bd_encode(&request, layers, layer_count, &pairs, out, fault);
+    enum bd_err err = bd_encode(&request, layers, layer_count, &pairs, out, detail);
     *encode_ms = bd_ms_since(start_ns);
     if (!err && out->bytes.size_bytes > frame->bytes_max)
-        err = bd_fault_set(fault, BD_ERR_LIMIT, "reply_bytes",
-                           "the image of %zu bytes is above the limit reply_bytes of %llu",
-                           out->bytes.size_bytes, (unsigned long long)frame->bytes_max);
+        err = bd_err_set(detail, BD_ERR_LIMIT, "reply_bytes",
+                         "the image of %zu bytes is above the limit reply_bytes of %llu",
+                         out->bytes.size_bytes, (unsigned long long)frame->bytes_max);
     return err;
 }

@@ -18,6 +18,6 @@ struct bd_frame_encode {
 // `out` is the caller's, also after BD_ERR_LIMIT.
 BD_MUST_CHECK
 enum bd_err bd_frame_encode(const struct bd_frame_encode *frame, struct bd_encoded *out,
-                            double *encode_ms, struct bd_fault *fault);
+                            double *encode_ms, struct bd_err_detail *detail);
 
 #endif

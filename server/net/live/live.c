@@ -61,7 +61,7 @@ static struct bd_steps *reverse(struct bd_steps *list)
 static void come_back(struct bd_steps *steps)
 {
     const struct bd_job_result *result = bd_job_result(steps->job);
-    steps->fault = result->fault;
+    steps->detail = result->detail;
     bd_steps_record(steps, result->err);
     bd_steps_back(steps);
 }
@@ -82,7 +82,7 @@ void bd_frame_jobs_collect(struct bd_live *live)
 static bool submit(struct bd_steps *steps)
 {
     bd_steps_run(steps);
-    return steps->fault.err != BD_ERR_OK;
+    return steps->detail.err != BD_ERR_OK;
 }
 
 static bool cancel(struct bd_steps *steps)

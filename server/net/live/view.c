@@ -72,12 +72,12 @@ void bd_view_close(struct bd_view **address)
 }
 
 // The opener closes it, now or later.
-static void end(struct bd_view *view, const struct bd_fault *fault)
+static void end(struct bd_view *view, const struct bd_err_detail *detail)
 {
     view->state.wanted = view->state.shown;
     view->state.is_final = true;
     if (view->steps.job) bd_job_cancel(view->steps.job);
-    view->events->end(view->user, fault);
+    view->events->end(view->user, detail);
 }
 
 // --- a frame comes back ---------------------------------------------------------------------
@@ -173,19 +173,19 @@ static enum bd_err send_frame(struct bd_view *view)
 }
 
 // What it could not do. True: the view goes on.
-static bool survive(struct bd_view *view, const struct bd_fault *fault)
+static bool survive(struct bd_view *view, const struct bd_err_detail *detail)
 {
     struct bd_view_state *state = &view->state;
-    if (fault->err == BD_ERR_CANCELLED && state->is_stopping) {
+    if (detail->err == BD_ERR_CANCELLED && state->is_stopping) {
         view->replaced++;
         state->stopped_one = state->running_step == 0;
         return true;
     }
-    if (fault->err == BD_ERR_BUSY) {
+    if (detail->err == BD_ERR_BUSY) {
         state->retry_ns = bd_clock_ns() + RETRY_NS;
         return true;
     }
-    if (fault->err != BD_ERR_DEADLINE) return false;
+    if (detail->err != BD_ERR_DEADLINE) return false;
     if (state->running_step > 0) {
         state->last_step = state->shown_step;
         return true;
@@ -200,8 +200,8 @@ static enum bd_err submit(struct bd_view *view)
 {
     const struct bd_serving *serving = view->live->loop->serving;
     const struct bd_store_entry *entry;
-    struct bd_fault *fault = &view->steps.fault;
-    enum bd_err err = bd_store_get(serving->store, view->scene_id, &entry, fault);
+    struct bd_err_detail *detail = &view->steps.detail;
+    enum bd_err err = bd_store_get(serving->store, view->scene_id, &entry, detail);
     if (err) return err;
     struct bd_job_request request = {.scene = entry->scene,
                                      .frame = view->running.frame,
@@ -212,7 +212,7 @@ static enum bd_err submit(struct bd_view *view)
                                      .user = &view->steps};
     view->revision = entry->revision;
     view->transient = entry->transient;
-    return bd_sched_submit(serving->sched, &request, &view->steps.job, fault);
+    return bd_sched_submit(serving->sched, &request, &view->steps.job, detail);
 }
 
 static enum bd_err note_rendered(struct bd_view *view)
@@ -228,7 +228,7 @@ static enum bd_err encode(struct bd_view *view)
                                           .revision = view->revision,
                                           .bytes_max =
                                               view->live->loop->serving->limits.reply_bytes};
-    return bd_frame_encode(&frame, &view->encoded, &view->encode_ms, &view->steps.fault);
+    return bd_frame_encode(&frame, &view->encoded, &view->encode_ms, &view->steps.detail);
 }
 
 #define STEP(where, function)                                                                      \
@@ -249,7 +249,7 @@ static enum bd_err run_step(struct bd_steps *steps)
 static void frame_over(struct bd_steps *steps)
 {
     struct bd_view *view = (struct bd_view *)steps;
-    struct bd_fault why = steps->fault;
+    struct bd_err_detail why = steps->detail;
     const bool goes_on = !why.err || view->is_closed || survive(view, &why);
     release_frame(view);
     if (view->is_closed)
@@ -277,7 +277,7 @@ static void begin(struct bd_view *view, uint32_t step_index)
                      &view->running.frame);
     view->running_ns = view->wanted_ns;
     view->running_sequence = view->sequence;
-    view->steps.fault.err = BD_ERR_OK;
+    view->steps.detail.err = BD_ERR_OK;
     bd_steps_begin(&view->steps, frame_steps);
 }
 
@@ -373,13 +373,13 @@ static void change(struct bd_view *view)
 
 void bd_views_scene_changed(struct bd_live *live, const char *scene_id, bool is_removed)
 {
-    struct bd_fault fault;
-    bd_fault_set(&fault, BD_ERR_NOT_FOUND, "scene", "the scene was removed");
+    struct bd_err_detail detail;
+    bd_err_set(&detail, BD_ERR_NOT_FOUND, "scene", "the scene was removed");
     for (struct bd_view *view = live->views; view;) {
         struct bd_view *next = view->next;
         bool is_ours = !view->is_closed && strcmp(view->scene_id, scene_id) == 0;
         if (is_ours && is_removed)
-            end(view, &fault);
+            end(view, &detail);
         else if (is_ours)
             change(view);
         view = next;
@@ -407,19 +407,20 @@ void bd_view_wake(struct bd_view *view)
 // --- what is asked for ----------------------------------------------------------------------
 
 static enum bd_err refuse_what_no_view_has(const Bounced__FrameRequest *request,
-                                           struct bd_fault *fault)
+                                           struct bd_err_detail *detail)
 {
     for (uint32_t i = 0; i < bd_frame_option_count; i++) {
         const struct bd_frame_option *option = &bd_frame_options[i];
         if (option->of_one && bd_frame_option_is_set(option, request))
-            return bd_fault_set(fault, BD_ERR_USAGE, option->name, "%s: a view has none",
-                                option->name);
+            return bd_err_set(detail, BD_ERR_USAGE, option->name, "%s: a view has none",
+                              option->name);
     }
     return BD_ERR_OK;
 }
 
 static enum bd_err check_options(const struct bd_live *live, const struct bd_store_entry *entry,
-                                 const struct bd_frame_options *options, struct bd_fault *fault)
+                                 const struct bd_frame_options *options,
+                                 struct bd_err_detail *detail)
 {
     const struct bd_limits *limits = &live->loop->serving->limits;
     const struct bd_frame_limits frame_limits = {.side_px_max = (uint32_t)limits->image_side_px,
@@ -427,56 +428,56 @@ static enum bd_err check_options(const struct bd_live *live, const struct bd_sto
                                                  .reply_bytes_max = limits->reply_bytes};
     const struct bd_frame_request *frame = &options->frame;
     if (!options->wants_image)
-        return bd_fault_set(fault, BD_ERR_USAGE, "encoding", "a view's encoding is not none");
-    enum bd_err err = bd_frame_request_check(frame, &frame_limits, fault);
+        return bd_err_set(detail, BD_ERR_USAGE, "encoding", "a view's encoding is not none");
+    enum bd_err err = bd_frame_request_check(frame, &frame_limits, detail);
     if (err || frame->pose.is_set) return err;
     if (bd_scene_find_camera(entry->scene, frame->camera) != BD_NONE) return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_USAGE, "camera", "%.63s: no such camera", frame->camera);
+    return bd_err_set(detail, BD_ERR_USAGE, "camera", "%.63s: no such camera", frame->camera);
 }
 
 static enum bd_err read_frame(const struct bd_live *live, const struct bd_store_entry *entry,
                               const Bounced__FrameRequest *frame, struct bd_frame_options *out,
-                              struct bd_fault *fault)
+                              struct bd_err_detail *detail)
 {
-    enum bd_err err = bd_frame_options_read(frame, out, fault);
-    if (!err && frame) err = refuse_what_no_view_has(frame, fault);
+    enum bd_err err = bd_frame_options_read(frame, out, detail);
+    if (!err && frame) err = refuse_what_no_view_has(frame, detail);
     if (err) return err;
     if (!frame || !frame->encoding) out->encode.format = BD_ENCODE_JPEG;
     if ((!frame || !frame->encoding) && frame && frame->n_layers > 1)
-        return bd_fault_set(fault, BD_ERR_USAGE, "layers", "jpg holds one layer, exr all of them");
-    return check_options(live, entry, out, fault);
+        return bd_err_set(detail, BD_ERR_USAGE, "layers", "jpg holds one layer, exr all of them");
+    return check_options(live, entry, out, detail);
 }
 
 static enum bd_err read_rate(double frames_per_second, uint64_t *interval_ns,
-                             struct bd_fault *fault)
+                             struct bd_err_detail *detail)
 {
     if (!(frames_per_second >= 0 && frames_per_second <= FPS_MAX))
-        return bd_fault_set(fault, BD_ERR_USAGE, "frames_per_second",
-                            "%g: must be from 0 (no limit) to %g", frames_per_second, FPS_MAX);
+        return bd_err_set(detail, BD_ERR_USAGE, "frames_per_second",
+                          "%g: must be from 0 (no limit) to %g", frames_per_second, FPS_MAX);
     *interval_ns = frames_per_second > 0 ? (uint64_t)fmin(1e9 / frames_per_second, 1e18) : 0;
     return BD_ERR_OK;
 }
 
-static enum bd_err check_client(const struct bd_view_start *start, struct bd_fault *fault)
+static enum bd_err check_client(const struct bd_view_start *start, struct bd_err_detail *detail)
 {
     uint64_t most = start->live->loop->serving->limits.views_per_client;
     if (start->client->views < most) return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_BUSY, "views_per_client",
-                        "%u views of this client are open (limit views_per_client)",
-                        start->client->views);
+    return bd_err_set(detail, BD_ERR_BUSY, "views_per_client",
+                      "%u views of this client are open (limit views_per_client)",
+                      start->client->views);
 }
 
 enum bd_err bd_view_open(const struct bd_view_start *start, struct bd_view **out,
-                         struct bd_fault *fault)
+                         struct bd_err_detail *detail)
 {
     struct bd_live *live = start->live;
     const struct bd_store_entry *entry = NULL;
     struct bd_frame_options options;
     uint64_t interval_ns = 0;
-    enum bd_err err = check_client(start, fault);
-    if (!err) err = bd_store_get(live->loop->serving->store, start->scene, &entry, fault);
-    if (!err) err = read_frame(live, entry, start->frame, &options, fault);
-    if (!err) err = read_rate(start->frames_per_second, &interval_ns, fault);
+    enum bd_err err = check_client(start, detail);
+    if (!err) err = bd_store_get(live->loop->serving->store, start->scene, &entry, detail);
+    if (!err) err = read_frame(live, entry, start->frame, &options, detail);
+    if (!err) err = read_rate(start->frames_per_second, &interval_ns, detail);
     if (err) return err;
     struct bd_view *view = calloc(1, sizeof *view);
     BD_ASSERT(view);
@@ -508,20 +509,21 @@ enum bd_err bd_view_open(const struct bd_view_start *start, struct bd_view **out
 }
 
 enum bd_err bd_view_update(struct bd_view *view, const Bounced__ViewUpdate *update,
-                           struct bd_fault *fault)
+                           struct bd_err_detail *detail)
 {
     struct bd_frame_options options = view->options;
     uint64_t interval_ns = view->state.interval_ns;
     const struct bd_store_entry *entry = NULL;
-    enum bd_err err = bd_store_get(view->live->loop->serving->store, view->scene_id, &entry, fault);
-    if (!err && update->frame) err = read_frame(view->live, entry, update->frame, &options, fault);
+    enum bd_err err =
+        bd_store_get(view->live->loop->serving->store, view->scene_id, &entry, detail);
+    if (!err && update->frame) err = read_frame(view->live, entry, update->frame, &options, detail);
     if (!err && update->pose) {
         options.frame.camera[0] = 0;
-        err = bd_pose_read(update->pose, &options.frame.pose, fault);
+        err = bd_pose_read(update->pose, &options.frame.pose, detail);
     }
-    if (!err && update->pose) err = check_options(view->live, entry, &options, fault);
+    if (!err && update->pose) err = check_options(view->live, entry, &options, detail);
     if (!err && update->has_frames_per_second)
-        err = read_rate(update->frames_per_second, &interval_ns, fault);
+        err = read_rate(update->frames_per_second, &interval_ns, detail);
     if (err) return err;
     view->options = options;
     if (update->frame) view->cost = (struct bd_view_cost){0};

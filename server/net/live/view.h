@@ -33,7 +33,7 @@ struct bd_view_frame {
 struct bd_view_events {
     void (*frame)(void *user, struct bd_view_frame *frame);
     // The view is no more; close it.
-    void (*end)(void *user, const struct bd_fault *fault);
+    void (*end)(void *user, const struct bd_err_detail *detail);
     // Whether the connection takes more bytes; bd_view_wake when it does again.
     bool (*has_room)(void *user);
 };
@@ -53,14 +53,14 @@ struct bd_view_start {
 // BD_ERR_BUSY naming views_per_client; whatever else is wrong with the request, by field.
 BD_MUST_CHECK
 enum bd_err bd_view_open(const struct bd_view_start *start, struct bd_view **out,
-                         struct bd_fault *fault);
+                         struct bd_err_detail *detail);
 // No further events. Nulls; takes NULL.
 void bd_view_close(struct bd_view **view);
 
 // Wholly or not at all.
 BD_MUST_CHECK
 enum bd_err bd_view_update(struct bd_view *view, const Bounced__ViewUpdate *update,
-                           struct bd_fault *fault);
+                           struct bd_err_detail *detail);
 
 // So many frames have been shown. Never more than were given at first.
 void bd_view_credit(struct bd_view *view, uint32_t count);

@@ -8,14 +8,14 @@
 #include "net/live/view.h"
 
 enum bd_err bd_watch_begin(struct bd_watch *watch, struct bd_live *live, const char *scene,
-                           struct bd_fault *fault)
+                           struct bd_err_detail *detail)
 {
     const struct bd_store_entry *entry = NULL;
     if (scene && scene[0]) {
-        enum bd_err err = bd_store_get(live->loop->serving->store, scene, &entry, fault);
+        enum bd_err err = bd_store_get(live->loop->serving->store, scene, &entry, detail);
         if (!err && !bd_grant_covers(watch->grant, entry->name))
-            err = bd_fault_set(fault, BD_ERR_NOT_FOUND, "scene", "there is no scene \"%.64s\"",
-                               scene);
+            err =
+                bd_err_set(detail, BD_ERR_NOT_FOUND, "scene", "there is no scene \"%.64s\"", scene);
         if (err) return err;
     }
     watch->live = live;

@@ -23,7 +23,7 @@ struct bd_watch {
 // and last two members unset. BD_ERR_NOT_FOUND.
 BD_MUST_CHECK
 enum bd_err bd_watch_begin(struct bd_watch *watch, struct bd_live *live, const char *scene,
-                           struct bd_fault *fault);
+                           struct bd_err_detail *detail);
 void bd_watch_end(struct bd_watch *watch);
 
 #endif

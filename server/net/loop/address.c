@@ -5,23 +5,22 @@
 #include <stdlib.h>
 #include <string.h>
 
-static enum bd_err bad_address(const char *text, struct bd_fault *fault)
+static enum bd_err bad_address(const char *text, struct bd_err_detail *detail)
 {
-    return bd_fault_set(fault, BD_ERR_USAGE, "listen",
-                        "\"%s\" is no address: unix:PATH, tcp:HOST:PORT with a numeric host "
-                        "(IPv6 in brackets) or localhost",
-                        text);
+    return bd_err_set(detail, BD_ERR_USAGE, "listen",
+                      "\"%s\" is no address: unix:PATH, tcp:HOST:PORT with a numeric host "
+                      "(IPv6 in brackets) or localhost",
+                      text);
 }
 
 static enum bd_err parse_unix(const char *path, const char *text, struct bd_address *out,
-                              struct bd_fault *fault)
+                              struct bd_err_detail *detail)
 {
-    if (*path == 0) return bad_address(text, fault);
+    if (*path == 0) return bad_address(text, detail);
     out->is_unix = true;
     if ((size_t)snprintf(out->path, sizeof out->path, "%s", path) >= sizeof out->path)
-        return bd_fault_set(fault, BD_ERR_USAGE, "listen",
-                            "the path of a Unix socket has at most %zu bytes",
-                            sizeof out->path - 1);
+        return bd_err_set(detail, BD_ERR_USAGE, "listen",
+                          "the path of a Unix socket has at most %zu bytes", sizeof out->path - 1);
     return BD_ERR_OK;
 }
 
@@ -49,24 +48,24 @@ static bool parse_host(const char *host, in_port_t port, struct bd_address *out)
            1;
 }
 
-enum bd_err bd_address_parse(const char *text, struct bd_address *out, struct bd_fault *fault)
+enum bd_err bd_address_parse(const char *text, struct bd_address *out, struct bd_err_detail *detail)
 {
     *out = (struct bd_address){0};
-    if (strncmp(text, "unix:", 5) == 0) return parse_unix(text + 5, text, out, fault);
+    if (strncmp(text, "unix:", 5) == 0) return parse_unix(text + 5, text, out, detail);
     const char *host = strncmp(text, "tcp:", 4) == 0 ? text + 4 : text;
     const char *colon = strrchr(host, ':');
     char copy[64];
     in_port_t port;
     if (!colon || (size_t)(colon - host) >= sizeof copy || !parse_port(colon + 1, &port))
-        return bad_address(text, fault);
+        return bad_address(text, detail);
     size_t length = (size_t)(colon - host);
     memcpy(copy, host, length);
     copy[length] = 0;
     if (copy[0] == '[') {
-        if (length < 2 || copy[length - 1] != ']') return bad_address(text, fault);
+        if (length < 2 || copy[length - 1] != ']') return bad_address(text, detail);
         copy[length - 1] = 0;
     }
-    return parse_host(copy, port, out) ? BD_ERR_OK : bad_address(text, fault);
+    return parse_host(copy, port, out) ? BD_ERR_OK : bad_address(text, detail);
 }
 
 bool bd_address_is_local(const struct bd_address *address)

@@ -20,7 +20,8 @@ struct bd_address {
 // "unix:PATH" or "tcp:HOST:PORT"; without a scheme, HOST:PORT. HOST is a numeric address, in
 // brackets for IPv6, or "localhost". Names are not looked up: what is listened on is what is said.
 BD_MUST_CHECK
-enum bd_err bd_address_parse(const char *text, struct bd_address *out, struct bd_fault *fault);
+enum bd_err bd_address_parse(const char *text, struct bd_address *out,
+                             struct bd_err_detail *detail);
 
 // A Unix socket, 127.0.0.0/8, ::1: only this machine can reach it.
 bool bd_address_is_local(const struct bd_address *address);

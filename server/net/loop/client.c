@@ -104,31 +104,31 @@ void bd_client_release(struct bd_client **client)
 }
 
 enum bd_err bd_client_take_request(struct bd_clients *clients, struct bd_client *client,
-                                   struct bd_fault *fault)
+                                   struct bd_err_detail *detail)
 {
     if (take(&client->requests, request_rate(clients))) return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_BUSY, "requests_per_second",
-                        "more than %llu requests a second (limit requests_per_second)",
-                        (unsigned long long)clients->limits->requests_per_second);
+    return bd_err_set(detail, BD_ERR_BUSY, "requests_per_second",
+                      "more than %llu requests a second (limit requests_per_second)",
+                      (unsigned long long)clients->limits->requests_per_second);
 }
 
 enum bd_err bd_client_take_failed_login(struct bd_clients *clients, struct bd_client *client,
-                                        struct bd_fault *fault)
+                                        struct bd_err_detail *detail)
 {
     if (take(&client->failed_logins, login_rate(clients))) return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_BUSY, "failed_logins_per_minute",
-                        "the token is not one of ours, and more than %llu such came in a minute "
-                        "(limit failed_logins_per_minute)",
-                        (unsigned long long)clients->limits->failed_logins_per_minute);
+    return bd_err_set(detail, BD_ERR_BUSY, "failed_logins_per_minute",
+                      "the token is not one of ours, and more than %llu such came in a minute "
+                      "(limit failed_logins_per_minute)",
+                      (unsigned long long)clients->limits->failed_logins_per_minute);
 }
 
 enum bd_err bd_client_begin_job(struct bd_clients *clients, struct bd_client *client,
-                                struct bd_fault *fault)
+                                struct bd_err_detail *detail)
 {
     if (client->jobs >= clients->limits->jobs_per_client)
-        return bd_fault_set(fault, BD_ERR_BUSY, "jobs_per_client",
-                            "%u jobs of this client are under way (limit jobs_per_client)",
-                            client->jobs);
+        return bd_err_set(detail, BD_ERR_BUSY, "jobs_per_client",
+                          "%u jobs of this client are under way (limit jobs_per_client)",
+                          client->jobs);
     client->jobs++;
     return BD_ERR_OK;
 }
@@ -140,14 +140,14 @@ void bd_client_end_job(struct bd_client *client)
 }
 
 enum bd_err bd_client_begin_edit(struct bd_clients *clients, struct bd_client *client,
-                                 uint64_t bytes, struct bd_fault *fault)
+                                 uint64_t bytes, struct bd_err_detail *detail)
 {
     const uint64_t most = clients->limits->edit_bytes_per_client;
     if (bytes > 0 && client->edit_bytes > 0 && client->edit_bytes + bytes > most)
-        return bd_fault_set(fault, BD_ERR_BUSY, "edit_bytes_per_client",
-                            "edits of this client with %llu bytes are under way (limit "
-                            "edit_bytes_per_client)",
-                            (unsigned long long)client->edit_bytes);
+        return bd_err_set(detail, BD_ERR_BUSY, "edit_bytes_per_client",
+                          "edits of this client with %llu bytes are under way (limit "
+                          "edit_bytes_per_client)",
+                          (unsigned long long)client->edit_bytes);
     client->edit_bytes += bytes;
     return BD_ERR_OK;
 }

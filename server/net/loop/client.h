@@ -45,24 +45,24 @@ void bd_client_release(struct bd_client **client);
 // Takes one request out of the bucket. BD_ERR_BUSY, naming requests_per_second.
 BD_MUST_CHECK
 enum bd_err bd_client_take_request(struct bd_clients *clients, struct bd_client *client,
-                                   struct bd_fault *fault);
+                                   struct bd_err_detail *detail);
 
 // The same of a token that is none of ours. BD_ERR_BUSY, naming failed_logins_per_minute.
 BD_MUST_CHECK
 enum bd_err bd_client_take_failed_login(struct bd_clients *clients, struct bd_client *client,
-                                        struct bd_fault *fault);
+                                        struct bd_err_detail *detail);
 
 // Counts a job that starts. BD_ERR_BUSY, naming jobs_per_client. Paired with bd_client_end_job.
 BD_MUST_CHECK
 enum bd_err bd_client_begin_job(struct bd_clients *clients, struct bd_client *client,
-                                struct bd_fault *fault);
+                                struct bd_err_detail *detail);
 void bd_client_end_job(struct bd_client *client);
 
 // Counts what an edit brings, for as long as it is kept. BD_ERR_BUSY, naming edit_bytes_per_client,
 // unless it is the only one: that is for message_bytes to say. Paired with bd_client_end_edit.
 BD_MUST_CHECK
 enum bd_err bd_client_begin_edit(struct bd_clients *clients, struct bd_client *client,
-                                 uint64_t bytes, struct bd_fault *fault);
+                                 uint64_t bytes, struct bd_err_detail *detail);
 void bd_client_end_edit(struct bd_client *client, uint64_t bytes);
 
 // Forgets records that nobody refers to and whose bucket is full. Call now and then.

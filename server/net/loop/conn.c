@@ -83,7 +83,7 @@ static void count_for(struct bd_conn *conn, struct bd_client *client)
 }
 
 enum bd_err bd_conn_identify(struct bd_conn *conn, const struct bd_grant *grant, const char *token,
-                             struct bd_fault *fault)
+                             struct bd_err_detail *detail)
 {
     char key[sizeof conn->client->key];
     struct bd_client *client = conn->origin;
@@ -95,9 +95,9 @@ enum bd_err bd_conn_identify(struct bd_conn *conn, const struct bd_grant *grant,
     }
     // Who is known by an address again was counted for it when it came.
     if (client != conn->client && client != conn->origin && limit_of_client(conn, client)) {
-        bd_fault_set(fault, BD_ERR_BUSY, "connections_per_client",
-                     "%u connections of \"%s\" are open (limit connections_per_client)",
-                     client->connections, token);
+        bd_err_set(detail, BD_ERR_BUSY, "connections_per_client",
+                   "%u connections of \"%s\" are open (limit connections_per_client)",
+                   client->connections, token);
         bd_client_release(&client);
         return BD_ERR_BUSY;
     }
@@ -133,9 +133,9 @@ static bool arrive(struct bd_conn *conn)
 // Of the bytes that came, those that are the header's. False: more is to come, or it is closed.
 static bool take_proxy_header(struct bd_conn *conn, const uv_buf_t *buf, size_t size, size_t *taken)
 {
-    struct bd_fault fault;
-    if (bd_proxy_feed(conn->proxy, (const uint8_t *)buf->base, size, taken, &fault)) {
-        bd_log(BD_LOG_WARN, "net", "%s: %s; it was closed", conn->client->key, fault.message);
+    struct bd_err_detail detail;
+    if (bd_proxy_feed(conn->proxy, (const uint8_t *)buf->base, size, taken, &detail)) {
+        bd_log(BD_LOG_WARN, "net", "%s: %s; it was closed", conn->client->key, detail.message);
         conn->loop->counts.requests_refused++;
         bd_conn_kill(conn);
         return false;

@@ -105,7 +105,7 @@ bool bd_conn_peer(const struct bd_conn *conn, struct bd_peer *out);
 // connections_per_client, if that token has too many; the connection is then whose it was.
 BD_MUST_CHECK
 enum bd_err bd_conn_identify(struct bd_conn *conn, const struct bd_grant *grant, const char *token,
-                             struct bd_fault *fault);
+                             struct bd_err_detail *detail);
 
 // Starts or stops reading. A stopped connection does not notice that its peer left.
 void bd_conn_read(struct bd_conn *conn, bool wanted);

@@ -41,16 +41,17 @@ static bool parse_range(const char *text, struct bd_proxy_range *out)
     return true;
 }
 
-enum bd_err bd_proxy_parse(const char *text, struct bd_proxy_range *out, struct bd_fault *fault)
+enum bd_err bd_proxy_parse(const char *text, struct bd_proxy_range *out,
+                           struct bd_err_detail *detail)
 {
     *out = (struct bd_proxy_range){.is_unix = strncmp(text, "unix:", 5) == 0};
     const bool fits = !out->is_unix || (text[5] && strlen(text + 5) < sizeof out->path);
     if (out->is_unix && fits) snprintf(out->path, sizeof out->path, "%s", text + 5);
     if (out->is_unix ? fits : parse_range(text, out)) return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_USAGE, "proxy",
-                        "--proxy takes ADDRESS, ADDRESS/BITS, or unix:PATH of a --listen, not "
-                        "\"%.60s\"",
-                        text);
+    return bd_err_set(detail, BD_ERR_USAGE, "proxy",
+                      "--proxy takes ADDRESS, ADDRESS/BITS, or unix:PATH of a --listen, not "
+                      "\"%.60s\"",
+                      text);
 }
 
 static bool same_bits(const uint8_t *a, const uint8_t *b, unsigned bits)
@@ -108,25 +109,25 @@ static size_t address_bytes_of(unsigned family)
     return sizes[family];
 }
 
-static enum bd_err bad(struct bd_fault *fault, const char *why)
+static enum bd_err bad(struct bd_err_detail *detail, const char *why)
 {
-    return bd_fault_set(fault, BD_ERR_BAD_INPUT, "proxy", "a proxy's connection %s", why);
+    return bd_err_set(detail, BD_ERR_BAD_INPUT, "proxy", "a proxy's connection %s", why);
 }
 
-static enum bd_err check_first(const struct bd_proxy_header *header, struct bd_fault *fault)
+static enum bd_err check_first(const struct bd_proxy_header *header, struct bd_err_detail *detail)
 {
     const uint8_t command = header->bytes[12];
     const unsigned family = header->bytes[13] >> 4, transport = header->bytes[13] & 15;
     if (command != COMMAND_LOCAL && command != COMMAND_PROXY)
-        return bad(fault, "begins with a PROXY header of another version or command");
+        return bad(detail, "begins with a PROXY header of another version or command");
     if (length_of(header) > BD_PROXY_BYTES_MAX)
-        return bad(fault, "begins with a PROXY header that is too long");
+        return bad(detail, "begins with a PROXY header that is too long");
     if (command == COMMAND_LOCAL) return BD_ERR_OK;
     if (family > FAMILY_UNIX || transport > TRANSPORT_STREAM ||
         (transport == TRANSPORT_UNSPECIFIED) != (family == FAMILY_UNSPECIFIED))
-        return bad(fault, "begins with a PROXY header of no stream");
+        return bad(detail, "begins with a PROXY header of no stream");
     if (length_of(header) < address_bytes_of(family))
-        return bad(fault, "begins with a PROXY header that is too short for its addresses");
+        return bad(detail, "begins with a PROXY header that is too short for its addresses");
     return BD_ERR_OK;
 }
 
@@ -149,20 +150,21 @@ static void read_source(struct bd_proxy_header *header)
     header->has_source = family == FAMILY_V4 || family == FAMILY_V6;
 }
 
-static enum bd_err take_first(struct bd_proxy_header *header, uint8_t byte, struct bd_fault *fault)
+static enum bd_err take_first(struct bd_proxy_header *header, uint8_t byte,
+                              struct bd_err_detail *detail)
 {
     if (header->used < sizeof signature && byte != signature[header->used])
-        return bad(fault, "does not begin with a PROXY header of version 2");
+        return bad(detail, "does not begin with a PROXY header of version 2");
     header->bytes[header->used++] = byte;
-    return header->used == BD_PROXY_FIRST_BYTES ? check_first(header, fault) : BD_ERR_OK;
+    return header->used == BD_PROXY_FIRST_BYTES ? check_first(header, detail) : BD_ERR_OK;
 }
 
 enum bd_err bd_proxy_feed(struct bd_proxy_header *header, const uint8_t *bytes, size_t size,
-                          size_t *taken, struct bd_fault *fault)
+                          size_t *taken, struct bd_err_detail *detail)
 {
     *taken = 0;
     while (*taken < size && header->used < BD_PROXY_FIRST_BYTES) {
-        enum bd_err err = take_first(header, bytes[(*taken)++], fault);
+        enum bd_err err = take_first(header, bytes[(*taken)++], detail);
         if (err) return err;
     }
     if (header->used < BD_PROXY_FIRST_BYTES) return BD_ERR_OK;

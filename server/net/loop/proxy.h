@@ -29,7 +29,8 @@ struct bd_proxy_range {
 
 // "ADDRESS", "ADDRESS/BITS" or "unix:PATH".
 BD_MUST_CHECK
-enum bd_err bd_proxy_parse(const char *text, struct bd_proxy_range *out, struct bd_fault *fault);
+enum bd_err bd_proxy_parse(const char *text, struct bd_proxy_range *out,
+                           struct bd_err_detail *detail);
 
 bool bd_proxy_has_address(const struct bd_proxy_range *ranges, size_t count,
                           const struct sockaddr_storage *address);
@@ -51,6 +52,6 @@ struct bd_proxy_header {
 // Takes bytes up to the header's end. BD_ERR_BAD_INPUT as soon as it can be no such header.
 BD_MUST_CHECK
 enum bd_err bd_proxy_feed(struct bd_proxy_header *header, const uint8_t *bytes, size_t size,
-                          size_t *taken, struct bd_fault *fault);
+                          size_t *taken, struct bd_err_detail *detail);
 
 #endif

@@ -33,7 +33,7 @@ struct bd_spool {
     struct bd_blob_upload *upload; // the pool's while `is_working`
     bool commits;                  // this piece of work is the last
     enum bd_err err;
-    struct bd_fault fault;
+    struct bd_err_detail detail;
 };
 
 struct bd_spool *bd_spool_create(struct bd_loop *loop, struct bd_blobs *blobs, uint64_t most_bytes,
@@ -63,18 +63,18 @@ static void write_on_pool(uv_work_t *work)
     struct bd_spool *spool = work->data;
     if (!spool->upload)
         spool->err =
-            bd_blob_upload_begin(spool->blobs, spool->most_bytes, &spool->upload, &spool->fault);
+            bd_blob_upload_begin(spool->blobs, spool->most_bytes, &spool->upload, &spool->detail);
     if (!spool->err)
         spool->err = bd_blob_upload_write(spool->upload, spool->writing.data, spool->writing.used,
-                                          &spool->fault);
+                                          &spool->detail);
     if (!spool->err && spool->commits)
-        spool->err = bd_blob_upload_commit(&spool->upload, spool->hex, &spool->fault);
+        spool->err = bd_blob_upload_commit(&spool->upload, spool->hex, &spool->detail);
 }
 
 static void end(struct bd_spool *spool)
 {
     spool->is_ended = true;
-    spool->events->ended(spool->user, spool->err, &spool->fault);
+    spool->events->ended(spool->user, spool->err, &spool->detail);
 }
 
 static void work_on(struct bd_spool *spool);

@@ -23,7 +23,7 @@ struct bd_spool_events {
     void (*drained)(void *user);
     // After bd_spool_commit or bd_spool_close, or early if the disk failed. The last event; the
     // spool is still to be abandoned.
-    void (*ended)(void *user, enum bd_err err, const struct bd_fault *fault);
+    void (*ended)(void *user, enum bd_err err, const struct bd_err_detail *detail);
 };
 
 // Into `blobs`, whose owner may have no more than `most_bytes`.

@@ -22,15 +22,15 @@ static bool is_cancelled(const struct bd_steps *steps)
 // The one place between two steps.
 static bool is_over(struct bd_steps *steps)
 {
-    struct bd_fault *fault = &steps->fault;
-    if (fault->err) return true;
+    struct bd_err_detail *detail = &steps->detail;
+    if (detail->err) return true;
     if (is_cancelled(steps))
-        bd_fault_set(fault, BD_ERR_CANCELLED, "", "the request was cancelled");
+        bd_err_set(detail, BD_ERR_CANCELLED, "", "the request was cancelled");
     else if (!steps->step->on)
         return true;
     else if (steps->kind->stops_with_daemon && steps->loop->draining)
-        bd_fault_set(fault, BD_ERR_CANCELLED, "", "the server is shutting down");
-    return fault->err != BD_ERR_OK;
+        bd_err_set(detail, BD_ERR_CANCELLED, "", "the server is shutting down");
+    return detail->err != BD_ERR_OK;
 }
 
 void bd_steps_go_on(struct bd_steps *steps)
@@ -85,9 +85,9 @@ void bd_steps_finish(struct bd_steps *steps)
 // Whoever fails says why; what only knows that it failed has a word put in for it.
 void bd_steps_record(struct bd_steps *steps, enum bd_err err)
 {
-    struct bd_fault *fault = &steps->fault;
-    if (err && fault->err != err) bd_fault_set(fault, err, "", "it ended: %s", bd_err_name(err));
-    fault->err = err;
+    struct bd_err_detail *detail = &steps->detail;
+    if (err && detail->err != err) bd_err_set(detail, err, "", "it ended: %s", bd_err_name(err));
+    detail->err = err;
 }
 
 void bd_steps_run(struct bd_steps *steps)
@@ -144,7 +144,7 @@ static void background_back(struct bd_background *work)
 {
     struct bd_steps *steps = work->user;
     if (work->has_failed)
-        bd_fault_set(&steps->fault, BD_ERR_NO_MEMORY, "", "the system has no thread for it");
+        bd_err_set(&steps->detail, BD_ERR_NO_MEMORY, "", "the system has no thread for it");
     bd_steps_back(steps);
 }
 

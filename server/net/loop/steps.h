@@ -47,7 +47,7 @@ extern const struct bd_step_executor bd_on_background;
 
 struct bd_step {
     const struct bd_step_executor *on; // NULL: the list's end
-    // What it does, by the kind of work; says why it failed in `fault`. None where the executor
+    // What it does, by the kind of work; says why it failed in `detail`. None where the executor
     // alone is waited for.
     union {
         enum bd_err (*command)(struct bd_command *command);
@@ -62,7 +62,7 @@ struct bd_step {
 // What a kind of work has of its own.
 struct bd_steps_kind {
     enum bd_err (*run)(struct bd_steps *steps); // the step's function for this kind
-    // Once, behind the last step or with steps->fault: may free the steps, or begin them anew.
+    // Once, behind the last step or with steps->detail: may free the steps, or begin them anew.
     void (*end)(struct bd_steps *steps);
     void (*tell)(struct bd_steps *steps, const char *stage);    // NULL: nobody wants to know
     bool (*is_past_cancel)(const struct bd_steps *steps);       // NULL: never
@@ -78,7 +78,7 @@ struct bd_steps {
     struct bd_edit_place *place; // for bd_on_scene, bd_on_disk
     struct bd_job *job;          // of bd_on_render: what the step submits; the owner's to release
 
-    struct bd_fault fault; // .err: why it ends before its last step
+    struct bd_err_detail detail; // .err: why it ends before its last step
     atomic_bool cancelled; // looked at beside the loop, too
 
     // The runner's and the executors'.

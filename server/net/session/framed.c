@@ -21,9 +21,9 @@ static void send_unit(struct bd_conn *conn, uint8_t *head, size_t head_bytes, ui
     bd_conn_write(conn, head, head_bytes, payload, payload_bytes);
 }
 
-static void finish(struct bd_conn *conn, const struct bd_fault *fault)
+static void finish(struct bd_conn *conn, const struct bd_err_detail *detail)
 {
-    (void)fault; // told by an error message
+    (void)detail; // told by an error message
     bd_conn_finish(conn);
 }
 
@@ -34,11 +34,11 @@ static const struct bd_session_transport transport = {.send = send_unit, .finish
 static void on_bytes(struct bd_conn *conn, const uint8_t *bytes, size_t size)
 {
     struct bd_framed *framed = (struct bd_framed *)conn;
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     while (size > 0 && conn->state == BD_CONN_OPEN) {
         size_t taken;
-        if (bd_decoder_feed(&framed->decoder, bytes, size, &taken, &fault)) {
-            bd_session_give_up(conn->session, &fault);
+        if (bd_decoder_feed(&framed->decoder, bytes, size, &taken, &detail)) {
+            bd_session_give_up(conn->session, &detail);
             return;
         }
         bytes += taken;

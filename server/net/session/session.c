@@ -55,10 +55,10 @@ size_t bd_session_unsent_bytes(const struct bd_session *session)
     return session->conn ? bd_conn_unsent_bytes(session->conn) : SIZE_MAX;
 }
 
-void bd_session_send_fault(struct bd_session *session, uint64_t request_id,
-                           const struct bd_fault *fault)
+void bd_session_send_error(struct bd_session *session, uint64_t request_id,
+                           const struct bd_err_detail *detail)
 {
-    struct bd_answer answer = bd_answer_error(fault);
+    struct bd_answer answer = bd_answer_error(detail);
     session->loop->counts.requests_refused++;
     bd_session_send(session, request_id, &answer);
 }
@@ -80,9 +80,9 @@ void bd_session_written(struct bd_conn *conn)
     bd_session_wake_views(session, false);
 }
 
-void bd_session_finish(struct bd_session *session, const struct bd_fault *fault)
+void bd_session_finish(struct bd_session *session, const struct bd_err_detail *detail)
 {
-    if (session->conn) session->transport->finish(session->conn, fault);
+    if (session->conn) session->transport->finish(session->conn, detail);
 }
 
 // --- commands -------------------------------------------------------------------------------
@@ -135,20 +135,19 @@ static const struct bd_command_events plain_events = {on_answer, NULL};
 static const struct bd_command_events progress_events = {on_answer, on_progress};
 
 static enum bd_err check_request(const struct bd_session *session, uint64_t id,
-                                 struct bd_fault *fault)
+                                 struct bd_err_detail *detail)
 {
     if (id == 0)
-        return bd_fault_set(fault, BD_ERR_USAGE, "request_id",
-                            "a request needs an id other than 0");
+        return bd_err_set(detail, BD_ERR_USAGE, "request_id", "a request needs an id other than 0");
     if (find_request(session, id) || bd_session_has_view(session, id) ||
         bd_session_has_watch(session, id))
-        return bd_fault_set(fault, BD_ERR_CONFLICT, "request_id",
-                            "request %llu is under way already", (unsigned long long)id);
+        return bd_err_set(detail, BD_ERR_CONFLICT, "request_id",
+                          "request %llu is under way already", (unsigned long long)id);
     if (session->request_count >= session->loop->serving->limits.requests_per_connection)
-        return bd_fault_set(fault, BD_ERR_BUSY, "requests_per_connection",
-                            "%u requests are under way on this connection (limit "
-                            "requests_per_connection)",
-                            session->request_count);
+        return bd_err_set(detail, BD_ERR_BUSY, "requests_per_connection",
+                          "%u requests are under way on this connection (limit "
+                          "requests_per_connection)",
+                          session->request_count);
     return BD_ERR_OK;
 }
 
@@ -190,24 +189,24 @@ static void cancel(struct bd_session *session, const Bounced__Envelope *envelope
 
 // A cancel costs nothing: it ends what does.
 static enum bd_err take_request(struct bd_session *session, const Bounced__Envelope *envelope,
-                                struct bd_fault *fault)
+                                struct bd_err_detail *detail)
 {
     struct bd_sessions *sessions = session->sessions;
     if (envelope->body_case == BOUNCED__ENVELOPE__BODY_CANCEL) return BD_ERR_OK;
     sessions->loop->counts.requests++;
     // Whose it is, hello says itself.
     if (envelope->body_case == BOUNCED__ENVELOPE__BODY_HELLO) return BD_ERR_OK;
-    return bd_client_take_request(sessions->loop->clients, session->client, fault);
+    return bd_client_take_request(sessions->loop->clients, session->client, detail);
 }
 
 // True if a request may be taken; otherwise it has been answered. The bucket comes first: a flood
 // of nonsense empties it like any other.
 static bool admit(struct bd_session *session, const Bounced__Envelope *envelope)
 {
-    struct bd_fault fault;
-    enum bd_err err = take_request(session, envelope, &fault);
-    if (!err) err = check_request(session, envelope->request_id, &fault);
-    if (err) bd_session_send_fault(session, envelope->request_id, &fault);
+    struct bd_err_detail detail;
+    enum bd_err err = take_request(session, envelope, &detail);
+    if (!err) err = check_request(session, envelope->request_id, &detail);
+    if (err) bd_session_send_error(session, envelope->request_id, &detail);
     return !err;
 }
 
@@ -246,20 +245,20 @@ static bool handle_here(struct bd_session *session, const Bounced__Envelope *env
 static void handle(struct bd_session *session, Bounced__Envelope *envelope,
                    const struct bd_message *message)
 {
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     Bounced__Envelope__BodyCase body = envelope->body_case;
     bool is_taken = false;
     if (body != BOUNCED__ENVELOPE__BODY_HELLO) bd_session_has_token(session);
     if (!session->greeted && body != BOUNCED__ENVELOPE__BODY_HELLO) {
-        bd_fault_set(&fault, BD_ERR_USAGE, "hello", "the first message of a connection is hello");
-        bd_session_send_fault(session, envelope->request_id, &fault);
-        bd_session_finish(session, &fault);
+        bd_err_set(&detail, BD_ERR_USAGE, "hello", "the first message of a connection is hello");
+        bd_session_send_error(session, envelope->request_id, &detail);
+        bd_session_finish(session, &detail);
     } else if (body == BOUNCED__ENVELOPE__BODY_VIEW_CREDIT) {
         bd_session_credit_view(session, envelope->view_credit);
     } else if (admit(session, envelope)) {
         enum bd_err err = bd_wire_check_text(&bounced__envelope__descriptor, message->header,
-                                             message->header_bytes, &fault);
-        if (err) bd_session_send_fault(session, envelope->request_id, &fault);
+                                             message->header_bytes, &detail);
+        if (err) bd_session_send_error(session, envelope->request_id, &detail);
         is_taken = !err && !handle_here(session, envelope, message);
         if (is_taken) start_command(session, envelope, message);
     }
@@ -269,18 +268,18 @@ static void handle(struct bd_session *session, Bounced__Envelope *envelope,
 void bd_session_message(struct bd_session *session, const struct bd_message *message)
 {
     Bounced__Envelope *envelope;
-    struct bd_fault fault;
-    if (bd_envelope_decode(message->header, message->header_bytes, &envelope, &fault))
-        bd_session_give_up(session, &fault);
+    struct bd_err_detail detail;
+    if (bd_envelope_decode(message->header, message->header_bytes, &envelope, &detail))
+        bd_session_give_up(session, &detail);
     else
         handle(session, envelope, message);
 }
 
-void bd_session_give_up(struct bd_session *session, const struct bd_fault *fault)
+void bd_session_give_up(struct bd_session *session, const struct bd_err_detail *detail)
 {
-    bd_log(BD_LOG_DEBUG, "net/session", "%s: %s", session->client->key, fault->message);
-    bd_session_send_fault(session, 0, fault);
-    bd_session_finish(session, fault);
+    bd_log(BD_LOG_DEBUG, "net/session", "%s: %s", session->client->key, detail->message);
+    bd_session_send_error(session, 0, detail);
+    bd_session_finish(session, detail);
 }
 
 // --- the connection's events ----------------------------------------------------------------
@@ -300,17 +299,17 @@ uint64_t bd_session_patience_s(const struct bd_conn *conn)
 void bd_session_silent(struct bd_conn *conn)
 {
     struct bd_session *session = conn->session;
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     if (!session->greeted)
-        bd_fault_set(&fault, BD_ERR_DEADLINE, "header_seconds",
-                     "hello took too long (limit header_seconds)");
+        bd_err_set(&detail, BD_ERR_DEADLINE, "header_seconds",
+                   "hello took too long (limit header_seconds)");
     else if (conn->is_slow)
-        bd_fault_set(&fault, BD_ERR_DEADLINE, "slow_bytes_per_second",
-                     "a message came too slowly (limit slow_bytes_per_second)");
+        bd_err_set(&detail, BD_ERR_DEADLINE, "slow_bytes_per_second",
+                   "a message came too slowly (limit slow_bytes_per_second)");
     else
-        bd_fault_set(&fault, BD_ERR_DEADLINE, "idle_seconds",
-                     "the connection was idle for too long (limit idle_seconds)");
-    bd_session_give_up(session, &fault);
+        bd_err_set(&detail, BD_ERR_DEADLINE, "idle_seconds",
+                   "the connection was idle for too long (limit idle_seconds)");
+    bd_session_give_up(session, &detail);
 }
 
 void bd_session_drain(struct bd_conn *conn)
@@ -395,15 +394,15 @@ static bool is_out(const struct bd_session *session)
 
 void bd_sessions_revoke(struct bd_sessions *sessions)
 {
-    struct bd_fault fault;
-    bd_fault_set(&fault, BD_ERR_UNAUTHORIZED, "token",
-                 "the token is not one of ours any more, or has other rights: begin again");
+    struct bd_err_detail detail;
+    bd_err_set(&detail, BD_ERR_UNAUTHORIZED, "token",
+               "the token is not one of ours any more, or has other rights: begin again");
     // Giving up sends and closes, and takes nobody out of the list.
     for (struct bd_session *session = sessions->list; session; session = session->next) {
         if (session->has_ended || !is_out(session)) continue;
         session->is_resumable = false;
         if (session->conn)
-            bd_session_give_up(session, &fault);
+            bd_session_give_up(session, &detail);
         else
             bd_session_end(session);
     }

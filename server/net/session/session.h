@@ -35,8 +35,8 @@ struct bd_session_transport {
     // the callee's from now on; `payload` may be NULL.
     void (*send)(struct bd_conn *conn, uint8_t *head, size_t head_bytes, uint8_t *payload,
                  size_t payload_bytes);
-    // Says goodbye behind what was sent. `fault`: why, or NULL.
-    void (*finish)(struct bd_conn *conn, const struct bd_fault *fault);
+    // Says goodbye behind what was sent. `detail`: why, or NULL.
+    void (*finish)(struct bd_conn *conn, const struct bd_err_detail *detail);
 };
 
 struct bd_session_start {
@@ -56,7 +56,7 @@ void bd_session_begin(struct bd_sessions *sessions, struct bd_conn *conn,
 void bd_session_message(struct bd_session *session, const struct bd_message *message);
 
 // The stream means nothing any more: one last error, with no request to belong to, and the end.
-void bd_session_give_up(struct bd_session *session, const struct bd_fault *fault);
+void bd_session_give_up(struct bd_session *session, const struct bd_err_detail *detail);
 
 // Room for more, or none: goes on or stops reading.
 void bd_session_update_reading(struct bd_session *session);

@@ -8,46 +8,46 @@
 #include "net/session/session_internal.h"
 #include "protocol/wire.h"
 
-static enum bd_err check_version(const Bounced__Hello *hello, struct bd_fault *fault)
+static enum bd_err check_version(const Bounced__Hello *hello, struct bd_err_detail *detail)
 {
     uint32_t min = hello->has_min ? hello->min : 1;
     uint32_t max = hello->has_max ? hello->max : min;
     if (min <= BD_PROTOCOL_VERSION_MAX && max >= BD_PROTOCOL_VERSION_MIN) return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_UNSUPPORTED, "min",
-                        "the client speaks versions %u to %u, the server %d to %d", min, max,
-                        BD_PROTOCOL_VERSION_MIN, BD_PROTOCOL_VERSION_MAX);
+    return bd_err_set(detail, BD_ERR_UNSUPPORTED, "min",
+                      "the client speaks versions %u to %u, the server %d to %d", min, max,
+                      BD_PROTOCOL_VERSION_MIN, BD_PROTOCOL_VERSION_MAX);
 }
 
 // A user of this machine whom the token file does not name; the client's key is "uid:NUMBER".
-static enum bd_err refuse_user(const struct bd_session *session, struct bd_fault *fault)
+static enum bd_err refuse_user(const struct bd_session *session, struct bd_err_detail *detail)
 {
     const char *key = session->client->key;
     if (bd_tokens_needed(session->sessions->access->tokens))
-        return bd_fault_set(fault, BD_ERR_UNAUTHORIZED, "token",
-                            "a token is needed: the token file has no line for you, %s", key);
-    return bd_fault_set(fault, BD_ERR_FORBIDDEN, "uid",
-                        "this socket is for the server's own user and root, not for %s: a line "
-                        "\"%s\" in its token file would let you in",
-                        key, key);
+        return bd_err_set(detail, BD_ERR_UNAUTHORIZED, "token",
+                          "a token is needed: the token file has no line for you, %s", key);
+    return bd_err_set(detail, BD_ERR_FORBIDDEN, "uid",
+                      "this socket is for the server's own user and root, not for %s: a line "
+                      "\"%s\" in its token file would let you in",
+                      key, key);
 }
 
 static enum bd_err refuse_token(const struct bd_session *session, const Bounced__Hello *hello,
-                                struct bd_fault *fault)
+                                struct bd_err_detail *detail)
 {
     struct bd_clients *clients = session->loop->clients;
     enum bd_err err = hello->token
-                          ? bd_client_take_failed_login(clients, session->conn->origin, fault)
-                          : bd_client_take_request(clients, session->conn->client, fault);
+                          ? bd_client_take_failed_login(clients, session->conn->origin, detail)
+                          : bd_client_take_request(clients, session->conn->client, detail);
     if (err) return err;
-    return bd_fault_set(fault, BD_ERR_UNAUTHORIZED, "token",
-                        hello->token ? "the token is not one of ours" : "a token is needed");
+    return bd_err_set(detail, BD_ERR_UNAUTHORIZED, "token",
+                      hello->token ? "the token is not one of ours" : "a token is needed");
 }
 
 // From here on it is the token that asks, if there is one.
 static enum bd_err become(struct bd_session *session, const struct bd_grant *grant,
-                          struct bd_fault *fault)
+                          struct bd_err_detail *detail)
 {
-    enum bd_err err = bd_conn_identify(session->conn, grant, bd_grant_token(grant), fault);
+    enum bd_err err = bd_conn_identify(session->conn, grant, bd_grant_token(grant), detail);
     if (err) return err;
     session->grant = grant;
     bd_client_retain(session->conn->client);
@@ -57,17 +57,17 @@ static enum bd_err become(struct bd_session *session, const struct bd_grant *gra
 }
 
 static enum bd_err check_hello(struct bd_session *session, const Bounced__Hello *hello,
-                               struct bd_fault *fault)
+                               struct bd_err_detail *detail)
 {
     const struct bd_tokens *tokens = session->sessions->access->tokens;
     const struct bd_grant *grant = session->grant;
     if (!grant && session->is_user && !(hello->token && bd_tokens_needed(tokens)))
-        return refuse_user(session, fault);
+        return refuse_user(session, detail);
     if (!grant) grant = bd_tokens_find(tokens, hello->token);
-    if (!grant) return refuse_token(session, hello, fault);
-    enum bd_err err = become(session, grant, fault);
-    if (!err) err = bd_client_take_request(session->loop->clients, session->client, fault);
-    return err ? err : check_version(hello, fault);
+    if (!grant) return refuse_token(session, hello, detail);
+    enum bd_err err = become(session, grant, detail);
+    if (!err) err = bd_client_take_request(session->loop->clients, session->client, detail);
+    return err ? err : check_version(hello, detail);
 }
 
 static void add_limits(Bounced__HelloReply *reply, const struct bd_limits *limits)
@@ -162,11 +162,11 @@ void bd_session_welcome(struct bd_session *session, uint64_t request_id,
 
 void bd_session_greet(struct bd_session *session, const Bounced__Envelope *envelope)
 {
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     const Bounced__Hello *hello = envelope->hello;
-    if (check_hello(session, hello, &fault)) {
-        bd_session_send_fault(session, envelope->request_id, &fault);
-        bd_session_finish(session, &fault);
+    if (check_hello(session, hello, &detail)) {
+        bd_session_send_error(session, envelope->request_id, &detail);
+        bd_session_finish(session, &detail);
         return;
     }
     if (!bd_session_resume(session, envelope->request_id, hello))

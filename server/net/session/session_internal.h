@@ -42,15 +42,15 @@ struct bd_session {
 
 // Sends under this id and takes what is in `answer`.
 void bd_session_send(struct bd_session *session, uint64_t request_id, struct bd_answer *answer);
-void bd_session_send_fault(struct bd_session *session, uint64_t request_id,
-                           const struct bd_fault *fault);
+void bd_session_send_error(struct bd_session *session, uint64_t request_id,
+                           const struct bd_err_detail *detail);
 
 // The same for what has no meaning any more once its moment is over.
 void bd_session_send_event(struct bd_session *session, uint64_t request_id,
                            struct bd_answer *answer);
 
 // The last thing that the connection hears, with the reason or NULL.
-void bd_session_finish(struct bd_session *session, const struct bd_fault *fault);
+void bd_session_finish(struct bd_session *session, const struct bd_err_detail *detail);
 // The connection and the session go separate ways.
 void bd_session_leave_conn(struct bd_session *session);
 // Nothing of it goes on. Its memory stays until the loop is at rest.

@@ -132,10 +132,10 @@ static bool keep(struct bd_session *session, const struct unit *unit)
 // What cannot be kept for a client that may come back: the request then ended in an error.
 static struct bd_answer too_large_to_keep(uint64_t request_id)
 {
-    struct bd_fault fault;
-    bd_fault_set(&fault, BD_ERR_BUSY, "resume_bytes",
-                 "the answer was too large to be kept (limit resume_bytes)");
-    struct bd_answer answer = bd_answer_error(&fault);
+    struct bd_err_detail detail;
+    bd_err_set(&detail, BD_ERR_BUSY, "resume_bytes",
+               "the answer was too large to be kept (limit resume_bytes)");
+    struct bd_answer answer = bd_answer_error(&detail);
     BD_SET(answer.envelope, request_id, request_id);
     return answer;
 }

@@ -70,10 +70,10 @@ static void on_frame(void *user, struct bd_view_frame *frame)
     bd_session_send_event(view->session, view->request_id, &answer);
 }
 
-static void on_end(void *user, const struct bd_fault *fault)
+static void on_end(void *user, const struct bd_err_detail *detail)
 {
     struct bd_session_view *view = user;
-    struct bd_answer error = bd_answer_error(fault);
+    struct bd_answer error = bd_answer_error(detail);
     Bounced__ViewEnd *message = malloc(sizeof *message);
     BD_ASSERT(message);
     bounced__view_end__init(message);
@@ -99,37 +99,37 @@ static const struct bd_view_events events = {on_frame, on_end, has_room};
 // --- requests -------------------------------------------------------------------------------
 
 static enum bd_err read_credits(const struct bd_session *session, const Bounced__ViewOpen *open,
-                                uint32_t *out, struct bd_fault *fault)
+                                uint32_t *out, struct bd_err_detail *detail)
 {
     uint64_t most = session->loop->serving->limits.view_credits;
     *out = open->has_credits ? open->credits : CREDITS_USUAL;
     if (*out > most && !open->has_credits) *out = (uint32_t)most;
     if (*out >= 1 && *out <= most) return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_USAGE, "credits",
-                        "credits: %u: must be from 1 to %llu (limit view_credits)", *out,
-                        (unsigned long long)most);
+    return bd_err_set(detail, BD_ERR_USAGE, "credits",
+                      "credits: %u: must be from 1 to %llu (limit view_credits)", *out,
+                      (unsigned long long)most);
 }
 
 static enum bd_err check_open(const struct bd_session *session, const Bounced__ViewOpen *open,
-                              struct bd_fault *fault)
+                              struct bd_err_detail *detail)
 {
     const struct bd_store_entry *entry;
     uint64_t most = session->loop->serving->limits.views_per_connection;
     const char *scene = open->scene ? open->scene : "";
     if (session->loop->draining)
-        return bd_fault_set(fault, BD_ERR_BUSY, "", "the server is shutting down");
+        return bd_err_set(detail, BD_ERR_BUSY, "", "the server is shutting down");
     if (session->view_count >= most)
-        return bd_fault_set(fault, BD_ERR_BUSY, "views_per_connection",
-                            "%u views are open on this connection (limit views_per_connection)",
-                            session->view_count);
-    enum bd_err err = bd_store_get(session->loop->serving->store, scene, &entry, fault);
+        return bd_err_set(detail, BD_ERR_BUSY, "views_per_connection",
+                          "%u views are open on this connection (limit views_per_connection)",
+                          session->view_count);
+    enum bd_err err = bd_store_get(session->loop->serving->store, scene, &entry, detail);
     if (!err && !bd_grant_covers(session->grant, entry->name))
-        err = bd_fault_set(fault, BD_ERR_NOT_FOUND, "scene", "there is no scene \"%.64s\"", scene);
+        err = bd_err_set(detail, BD_ERR_NOT_FOUND, "scene", "there is no scene \"%.64s\"", scene);
     return err;
 }
 
 static enum bd_err open_view(struct bd_session_view *view, const Bounced__ViewOpen *open,
-                             struct bd_fault *fault)
+                             struct bd_err_detail *detail)
 {
     struct bd_session *session = view->session;
     struct bd_view_start start = {.live = session->sessions->commands->live,
@@ -140,22 +140,22 @@ static enum bd_err open_view(struct bd_session_view *view, const Bounced__ViewOp
                                   .refine = !open->has_refine || open->refine,
                                   .events = &events,
                                   .user = view};
-    enum bd_err err = check_open(session, open, fault);
-    if (!err) err = read_credits(session, open, &start.credits, fault);
-    if (!err) err = bd_view_open(&start, &view->view, fault);
+    enum bd_err err = check_open(session, open, detail);
+    if (!err) err = read_credits(session, open, &start.credits, detail);
+    if (!err) err = bd_view_open(&start, &view->view, detail);
     return err;
 }
 
 void bd_session_open_view(struct bd_session *session, const Bounced__Envelope *envelope)
 {
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     struct bd_session_view *view = calloc(1, sizeof *view);
     BD_ASSERT(view);
     *view = (struct bd_session_view){
         .session = session, .request_id = envelope->request_id, .next = session->views};
-    if (open_view(view, envelope->view_open, &fault)) {
+    if (open_view(view, envelope->view_open, &detail)) {
         free(view);
-        bd_session_send_fault(session, envelope->request_id, &fault);
+        bd_session_send_error(session, envelope->request_id, &detail);
         return;
     }
     view->number = ++session->view_number;
@@ -171,20 +171,20 @@ void bd_session_open_view(struct bd_session *session, const Bounced__Envelope *e
 
 static void answer_no_view(struct bd_session *session, uint64_t request_id, uint32_t number)
 {
-    struct bd_fault fault;
-    bd_fault_set(&fault, BD_ERR_NOT_FOUND, "view", "there is no view %u", number);
-    bd_session_send_fault(session, request_id, &fault);
+    struct bd_err_detail detail;
+    bd_err_set(&detail, BD_ERR_NOT_FOUND, "view", "there is no view %u", number);
+    bd_session_send_error(session, request_id, &detail);
 }
 
 void bd_session_update_view(struct bd_session *session, const Bounced__Envelope *envelope)
 {
     const Bounced__ViewUpdate *update = envelope->view_update;
     struct bd_session_view *view = find(session, update->view);
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     if (!view) {
         answer_no_view(session, envelope->request_id, update->view);
-    } else if (bd_view_update(view->view, update, &fault)) {
-        bd_session_send_fault(session, envelope->request_id, &fault);
+    } else if (bd_view_update(view->view, update, &detail)) {
+        bd_session_send_error(session, envelope->request_id, &detail);
     } else {
         struct bd_answer answer = bd_answer_done();
         bd_session_send(session, envelope->request_id, &answer);

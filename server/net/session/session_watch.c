@@ -59,19 +59,20 @@ void bd_session_flush_watches(struct bd_session *session)
     }
 }
 
-static enum bd_err begin(struct bd_session_watch *watch, const char *scene, struct bd_fault *fault)
+static enum bd_err begin(struct bd_session_watch *watch, const char *scene,
+                         struct bd_err_detail *detail)
 {
     if (watch->session->watch_count >= watch->session->loop->serving->limits.watches_per_connection)
-        return bd_fault_set(fault, BD_ERR_BUSY, "watches_per_connection",
-                            "%u watches are open on this connection (limit "
-                            "watches_per_connection)",
-                            watch->session->watch_count);
-    return bd_watch_begin(&watch->watch, watch->session->sessions->commands->live, scene, fault);
+        return bd_err_set(detail, BD_ERR_BUSY, "watches_per_connection",
+                          "%u watches are open on this connection (limit "
+                          "watches_per_connection)",
+                          watch->session->watch_count);
+    return bd_watch_begin(&watch->watch, watch->session->sessions->commands->live, scene, detail);
 }
 
 void bd_session_watch(struct bd_session *session, const Bounced__Envelope *envelope)
 {
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     struct bd_session_watch *watch = calloc(1, sizeof *watch);
     BD_ASSERT(watch);
     *watch = (struct bd_session_watch){
@@ -79,9 +80,9 @@ void bd_session_watch(struct bd_session *session, const Bounced__Envelope *envel
         .session = session,
         .request_id = envelope->request_id,
         .next = session->watches};
-    if (begin(watch, envelope->scene_watch->scene, &fault)) {
+    if (begin(watch, envelope->scene_watch->scene, &detail)) {
         free(watch);
-        bd_session_send_fault(session, envelope->request_id, &fault);
+        bd_session_send_error(session, envelope->request_id, &detail);
         return;
     }
     session->watches = watch;

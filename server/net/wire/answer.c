@@ -41,15 +41,15 @@ struct bd_answer bd_answer_of(Bounced__Envelope__BodyCase body_case, void *body)
     return (struct bd_answer){.envelope = envelope};
 }
 
-struct bd_answer bd_answer_error(const struct bd_fault *fault)
+struct bd_answer bd_answer_error(const struct bd_err_detail *detail)
 {
     NEW(Error, error)
     bounced__error__init(error);
-    error->code = bd_answer_text(bd_err_name(fault->err));
-    error->message = bd_answer_text(fault->message);
+    error->code = bd_answer_text(bd_err_name(detail->err));
+    error->message = bd_answer_text(detail->message);
     NEW(ErrorDetails, details)
     bounced__error_details__init(details);
-    if (fault->field[0]) details->field = bd_answer_text(fault->field);
+    if (detail->field[0]) details->field = bd_answer_text(detail->field);
     error->details = details;
     return bd_answer_of(BOUNCED__ENVELOPE__BODY_ERROR, error);
 }

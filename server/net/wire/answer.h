@@ -35,7 +35,7 @@ void *bd_answer_zeroed(size_t count, size_t item_bytes);
 #define BD_SET(message, field, value) ((message)->has_##field = 1, (message)->field = (value))
 
 // Each makes an answer with one body, to be filled or sent.
-struct bd_answer bd_answer_error(const struct bd_fault *fault);
+struct bd_answer bd_answer_error(const struct bd_err_detail *detail);
 struct bd_answer bd_answer_done(void);
 struct bd_answer bd_answer_scene(const struct bd_store_entry *entry);
 // BlobReply to BlobPut.

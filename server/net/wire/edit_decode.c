@@ -8,10 +8,10 @@
 #include "net/wire/object_message.h"
 #include "protocol/wire.h"
 
-// Where a fault lies, for all that one operation holds.
+// Where an error lies, for all that one operation holds.
 struct decoding {
     const char *path;
-    struct bd_fault *fault;
+    struct bd_err_detail *detail;
     enum bd_err err; // the first one stays
 };
 
@@ -20,7 +20,7 @@ static void refuse(struct decoding *at, const char *field, const char *format, c
     if (at->err) return;
     char path[128];
     snprintf(path, sizeof path, "%s%s%s", at->path, field[0] ? "." : "", field);
-    at->err = bd_fault_set(at->fault, BD_ERR_USAGE, path, format, word);
+    at->err = bd_err_set(at->detail, BD_ERR_USAGE, path, format, word);
 }
 
 // A list of exactly `count` numbers, or none.
@@ -161,19 +161,19 @@ static void decode_one(struct decoding *at, const Bounced__EditOp *op, struct bd
 }
 
 enum bd_err bd_edit_decode(size_t index, const Bounced__EditOp *op, struct bd_edit_op *out,
-                           struct bd_fault *fault)
+                           struct bd_err_detail *detail)
 {
     *out = (struct bd_edit_op){.id = BD_NONE};
     struct bd_edit_path path = bd_edit_path(index, op);
     if (!kind_of(op, &out->kind))
-        return bd_fault_set(fault, BD_ERR_UNSUPPORTED, path.text,
-                            "this server knows no such operation");
+        return bd_err_set(detail, BD_ERR_UNSUPPORTED, path.text,
+                          "this server knows no such operation");
     // The path has the operation's name; its own unknown fields would be others beside it.
     char place[32];
     snprintf(place, sizeof place, "ops[%zu]", index);
-    enum bd_err err = bd_wire_check_known(&op->base, place, fault);
+    enum bd_err err = bd_wire_check_known(&op->base, place, detail);
     if (err) return err;
-    struct decoding at = {.path = path.text, .fault = fault};
+    struct decoding at = {.path = path.text, .detail = detail};
     decode_one(&at, op, out);
     return at.err;
 }

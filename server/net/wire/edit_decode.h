@@ -24,7 +24,7 @@ struct bd_edit_path bd_edit_path(size_t index, const Bounced__EditOp *op);
 // server does not know.
 BD_MUST_CHECK
 enum bd_err bd_edit_decode(size_t index, const Bounced__EditOp *op, struct bd_edit_op *out,
-                           struct bd_fault *fault);
+                           struct bd_err_detail *detail);
 
 // What has to be read or made off the event loop, and how long that may take.
 enum bd_edit_weight {

@@ -22,11 +22,11 @@ struct bd_frame_options {
 // `request` NULL: every default. Whatever needs no scene to be refused is refused here, by name.
 BD_MUST_CHECK
 enum bd_err bd_frame_options_read(const Bounced__FrameRequest *request,
-                                  struct bd_frame_options *out, struct bd_fault *fault);
+                                  struct bd_frame_options *out, struct bd_err_detail *detail);
 
 // A viewpoint's numbers; whether they make one is checked with the frame.
 BD_MUST_CHECK
 enum bd_err bd_pose_read(const Bounced__CameraPose *pose, struct bd_pose *out,
-                         struct bd_fault *fault);
+                         struct bd_err_detail *detail);
 
 #endif

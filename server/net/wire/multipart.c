@@ -30,12 +30,12 @@ struct cursor {
     const char *at, *end;
     char delimiter[BOUNDARY_LENGTH_MAX + 8]; // "\r\n--boundary"
     size_t delimiter_length;
-    struct bd_fault *fault;
+    struct bd_err_detail *detail;
 };
 
 static enum bd_err malformed(struct cursor *cursor, const char *what)
 {
-    return bd_fault_set(cursor->fault, BD_ERR_BAD_INPUT, "body", "the multipart body %s", what);
+    return bd_err_set(cursor->detail, BD_ERR_BAD_INPUT, "body", "the multipart body %s", what);
 }
 
 // Copies the value of `name="..."` out of the part's headers.
@@ -101,9 +101,9 @@ static enum bd_err read_parts(struct cursor *cursor, uint32_t part_count_max,
         if (err) return err;
         if (is_last) break;
         if (*count == part_count_max)
-            return bd_fault_set(cursor->fault, BD_ERR_LIMIT, "scene_files",
-                                "the body has more than %u parts (limit scene_files)",
-                                part_count_max);
+            return bd_err_set(cursor->detail, BD_ERR_LIMIT, "scene_files",
+                              "the body has more than %u parts (limit scene_files)",
+                              part_count_max);
         struct bd_multipart_part *grown = realloc(*parts, (*count + 1) * sizeof **parts);
         BD_ASSERT(grown);
         *parts = grown;
@@ -118,9 +118,9 @@ static enum bd_err read_parts(struct cursor *cursor, uint32_t part_count_max,
 
 enum bd_err bd_multipart_parse(const void *bytes, size_t size, const char *boundary,
                                uint32_t part_count_max, struct bd_multipart_part **parts,
-                               uint32_t *part_count, struct bd_fault *fault)
+                               uint32_t *part_count, struct bd_err_detail *detail)
 {
-    struct cursor cursor = {.at = bytes, .end = (const char *)bytes + size, .fault = fault};
+    struct cursor cursor = {.at = bytes, .end = (const char *)bytes + size, .detail = detail};
     cursor.delimiter_length =
         (size_t)snprintf(cursor.delimiter, sizeof cursor.delimiter, "\r\n--%s", boundary);
     BD_ASSERT_CMP(cursor.delimiter_length, <, sizeof cursor.delimiter);

@@ -26,6 +26,6 @@ int bd_multipart_boundary(const char *content_type, char *out, size_t size);
 BD_MUST_CHECK
 enum bd_err bd_multipart_parse(const void *bytes, size_t size, const char *boundary,
                                uint32_t part_count_max, struct bd_multipart_part **parts,
-                               uint32_t *part_count, struct bd_fault *fault);
+                               uint32_t *part_count, struct bd_err_detail *detail);
 
 #endif

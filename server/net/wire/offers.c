@@ -59,12 +59,12 @@ static void add(Bounced__DevicesReply *reply, Bounced__Device *device)
 
 static void add_listed(Bounced__DevicesReply *reply, json_t *listed)
 {
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     ProtobufCMessage *message;
     // What --device takes has the name of the option there, and `spec` in the schema.
     json_object_set(listed, "spec", json_object_get(listed, "device"));
-    if (bd_json_to_message(listed, &bounced__device__descriptor, &message, &fault)) {
-        bd_log(BD_LOG_WARN, "net", "a device is not listed: %s", fault.message);
+    if (bd_json_to_message(listed, &bounced__device__descriptor, &message, &detail)) {
+        bd_log(BD_LOG_WARN, "net", "a device is not listed: %s", detail.message);
         return;
     }
     add(reply, (Bounced__Device *)message);

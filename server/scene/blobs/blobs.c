@@ -15,11 +15,11 @@
 #include "base/log.h"
 #include "scene/blobs/blobs_internal.h"
 
-enum bd_err bd_blobs_fault(struct bd_fault *fault, const char *what)
+enum bd_err bd_blobs_err(struct bd_err_detail *detail, const char *what)
 {
     enum bd_err err =
         errno == ENOSPC || errno == EDQUOT || errno == ENOMEM ? BD_ERR_NO_MEMORY : BD_ERR_IO;
-    return bd_fault_set(fault, err, "data", "%s: %s", what, strerror(errno));
+    return bd_err_set(detail, err, "data", "%s: %s", what, strerror(errno));
 }
 
 // --- handles --------------------------------------------------------------------------------
@@ -50,15 +50,16 @@ static struct bd_blobs *add_handle(struct bd_blobs_base *base, const char *marks
     return blobs;
 }
 
-enum bd_err bd_blobs_open(const char *directory, struct bd_blobs **out, struct bd_fault *fault)
+enum bd_err bd_blobs_open(const char *directory, struct bd_blobs **out,
+                          struct bd_err_detail *detail)
 {
     char path[4096];
     int length = snprintf(path, sizeof path, "%s/blobs", directory);
     if (length < 0 || (size_t)length >= sizeof path)
-        return bd_fault_set(fault, BD_ERR_USAGE, "data", "the data directory's path is too long");
-    if (mkdir(path, 0700) < 0 && errno != EEXIST) return bd_blobs_fault(fault, path);
+        return bd_err_set(detail, BD_ERR_USAGE, "data", "the data directory's path is too long");
+    if (mkdir(path, 0700) < 0 && errno != EEXIST) return bd_blobs_err(detail, path);
     int fd = open(path, O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
-    if (fd < 0) return bd_blobs_fault(fault, path);
+    if (fd < 0) return bd_blobs_err(detail, path);
     struct bd_blobs_base *base = calloc(1, sizeof *base);
     BD_ASSERT(base);
     base->directory = fd;
@@ -105,18 +106,18 @@ struct bd_blobs *bd_blobs_of(struct bd_blobs *blobs, const char *owner, bool fin
     return found;
 }
 
-enum bd_err bd_blobs_check_room(struct bd_blobs *blobs, uint64_t more, struct bd_fault *fault)
+enum bd_err bd_blobs_check_room(struct bd_blobs *blobs, uint64_t more, struct bd_err_detail *detail)
 {
     struct statvfs info;
     const uint64_t reserve = atomic_load(&blobs->base->reserve_bytes);
     if (reserve == 0) return BD_ERR_OK;
-    if (fstatvfs(blobs->base->directory, &info)) return bd_blobs_fault(fault, "the data directory");
+    if (fstatvfs(blobs->base->directory, &info)) return bd_blobs_err(detail, "the data directory");
     const uint64_t room = (uint64_t)info.f_bavail * info.f_frsize;
     if (room >= reserve && more <= room - reserve) return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_NO_MEMORY, "disk_reserve_bytes",
-                        "the disk of the data directory has %" PRIu64 " bytes free: of those the "
-                        "limit disk_reserve_bytes keeps %" PRIu64 " for edits",
-                        room, reserve);
+    return bd_err_set(detail, BD_ERR_NO_MEMORY, "disk_reserve_bytes",
+                      "the disk of the data directory has %" PRIu64 " bytes free: of those the "
+                      "limit disk_reserve_bytes keeps %" PRIu64 " for edits",
+                      room, reserve);
 }
 
 bool bd_blob_name_is_valid(const char *hex)
@@ -185,7 +186,8 @@ static bool is_named(const struct bd_blob_map *content, const char *hex)
 }
 
 // The same of a file that nobody wants to keep in memory.
-static enum bd_err look_at(int file, const char *hex, bool *out_is_named, struct bd_fault *fault)
+static enum bd_err look_at(int file, const char *hex, bool *out_is_named,
+                           struct bd_err_detail *detail)
 {
     char piece[1 << 16], actual[BD_SHA256_HEX];
     uint8_t digest[BD_SHA256_BYTES];
@@ -198,21 +200,21 @@ static enum bd_err look_at(int file, const char *hex, bool *out_is_named, struct
         at += got;
     }
     bd_sha256_finish(&sha, digest);
-    if (got < 0) return bd_blobs_fault(fault, "a blob cannot be read");
+    if (got < 0) return bd_blobs_err(detail, "a blob cannot be read");
     bd_sha256_hex(digest, actual);
     *out_is_named = strcmp(actual, hex) == 0;
     return BD_ERR_OK;
 }
 
-enum bd_err bd_blobs_read_file(int file, struct bd_blob_map *out, struct bd_fault *fault)
+enum bd_err bd_blobs_read_file(int file, struct bd_blob_map *out, struct bd_err_detail *detail)
 {
     struct stat info;
     *out = (struct bd_blob_map){.bytes = "", .size_bytes = 0};
-    if (fstat(file, &info) < 0) return bd_blobs_fault(fault, "a blob cannot be read");
+    if (fstat(file, &info) < 0) return bd_blobs_err(detail, "a blob cannot be read");
     const size_t size = (size_t)info.st_size;
     if (size == 0) return BD_ERR_OK;
     char *bytes = mmap(NULL, size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-    if (bytes == MAP_FAILED) return bd_blobs_fault(fault, "no memory for a blob");
+    if (bytes == MAP_FAILED) return bd_blobs_err(detail, "no memory for a blob");
     *out = (struct bd_blob_map){bytes, size};
     for (size_t at = 0; at < size;) {
         ssize_t got = pread(file, bytes + at, size - at, (off_t)at);
@@ -222,7 +224,7 @@ enum bd_err bd_blobs_read_file(int file, struct bd_blob_map *out, struct bd_faul
             at += (size_t)got;
             continue;
         }
-        enum bd_err err = bd_blobs_fault(fault, "a blob cannot be read");
+        enum bd_err err = bd_blobs_err(detail, "a blob cannot be read");
         bd_blob_unmap(out);
         return err;
     }
@@ -235,40 +237,40 @@ void bd_blob_unmap(struct bd_blob_map *map)
     *map = (struct bd_blob_map){0};
 }
 
-static enum bd_err not_there(const char *hex, struct bd_fault *fault)
+static enum bd_err not_there(const char *hex, struct bd_err_detail *detail)
 {
-    return bd_fault_set(fault, BD_ERR_NOT_FOUND, "blob", "there is no blob sha256:%.64s", hex);
+    return bd_err_set(detail, BD_ERR_NOT_FOUND, "blob", "there is no blob sha256:%.64s", hex);
 }
 
 // What an open file holds, and whether it is what its name says.
 static enum bd_err read_and_judge(struct bd_blobs_base *base, int file, const char *hex,
                                   struct bd_blob_map *out, struct stat *info, bool *is_whole,
-                                  struct bd_fault *fault)
+                                  struct bd_err_detail *detail)
 {
-    if (fstat(file, info)) return bd_blobs_fault(fault, "a blob cannot be read");
+    if (fstat(file, info)) return bd_blobs_err(detail, "a blob cannot be read");
     *is_whole = is_verified(base, info);
-    enum bd_err err = out ? bd_blobs_read_file(file, out, fault) : BD_ERR_OK;
+    enum bd_err err = out ? bd_blobs_read_file(file, out, detail) : BD_ERR_OK;
     if (err || *is_whole) return err;
-    if (!out) return look_at(file, hex, is_whole, fault);
+    if (!out) return look_at(file, hex, is_whole, detail);
     *is_whole = is_named(out, hex);
     return BD_ERR_OK;
 }
 
 // Whatever bears the name and is no file that we wrote is damage, too, and not waited for.
 enum bd_err bd_blobs_open_whole(struct bd_blobs *blobs, const char *hex, struct bd_blob_map *out,
-                                struct bd_fault *fault)
+                                struct bd_err_detail *detail)
 {
     struct bd_blobs_base *base = blobs->base;
     struct stat info;
     bool is_whole = false;
     if (fstatat(base->directory, hex, &info, AT_SYMLINK_NOFOLLOW))
-        return errno == ENOENT ? not_there(hex, fault)
-                               : bd_blobs_fault(fault, "a blob cannot be looked at");
+        return errno == ENOENT ? not_there(hex, detail)
+                               : bd_blobs_err(detail, "a blob cannot be looked at");
     if (S_ISREG(info.st_mode)) {
         if (!out && is_verified(base, &info)) return BD_ERR_OK;
         int file = openat(base->directory, hex, O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
-        if (file < 0) return bd_blobs_fault(fault, "a blob cannot be opened");
-        enum bd_err err = read_and_judge(base, file, hex, out, &info, &is_whole, fault);
+        if (file < 0) return bd_blobs_err(detail, "a blob cannot be opened");
+        enum bd_err err = read_and_judge(base, file, hex, out, &info, &is_whole, detail);
         close(file);
         if (err) return err;
     }
@@ -278,9 +280,9 @@ enum bd_err bd_blobs_open_whole(struct bd_blobs *blobs, const char *hex, struct 
     }
     if (out) bd_blob_unmap(out);
     set_aside(base, hex, &info);
-    return bd_fault_set(fault, BD_ERR_NOT_FOUND, "blob",
-                        "blob sha256:%.64s was damaged and is not there any more: send it again",
-                        hex);
+    return bd_err_set(detail, BD_ERR_NOT_FOUND, "blob",
+                      "blob sha256:%.64s was damaged and is not there any more: send it again",
+                      hex);
 }
 
 static bool finds(const struct bd_blobs *blobs, const char *hex)
@@ -296,10 +298,10 @@ bool bd_blobs_have(struct bd_blobs *blobs, const char *hex)
 }
 
 enum bd_err bd_blobs_map(struct bd_blobs *blobs, const char *hex, struct bd_blob_map *out,
-                         struct bd_fault *fault)
+                         struct bd_err_detail *detail)
 {
     *out = (struct bd_blob_map){0};
-    if (!finds(blobs, hex)) return not_there(hex, fault);
+    if (!finds(blobs, hex)) return not_there(hex, detail);
     bd_blobs_touch(blobs, hex);
-    return bd_blobs_open_whole(blobs, hex, out, fault);
+    return bd_blobs_open_whole(blobs, hex, out, detail);
 }

@@ -26,7 +26,8 @@ struct bd_blobs;
 // Opens, or makes with mode 0700, `directory`/blobs. Removes uploads that a crash left unfinished.
 // The handle is nobody's and finds all.
 BD_MUST_CHECK
-enum bd_err bd_blobs_open(const char *directory, struct bd_blobs **out, struct bd_fault *fault);
+enum bd_err bd_blobs_open(const char *directory, struct bd_blobs **out,
+                          struct bd_err_detail *detail);
 // With the handles of every owner.
 void bd_blobs_close(struct bd_blobs **blobs);
 
@@ -49,21 +50,22 @@ uint32_t bd_blobs_collect(struct bd_blobs *blobs, uint64_t seconds);
 
 // BD_ERR_NO_MEMORY, naming disk_reserve_bytes, if `more` bytes would take from what is kept free.
 BD_MUST_CHECK
-enum bd_err bd_blobs_check_room(struct bd_blobs *blobs, uint64_t more, struct bd_fault *fault);
+enum bd_err bd_blobs_check_room(struct bd_blobs *blobs, uint64_t more,
+                                struct bd_err_detail *detail);
 
 // A growing upload, to be committed under the name that its content must have. The owner's blobs,
 // with its uploads under way, are never more than `most_bytes`: BD_ERR_LIMIT, naming max_bytes.
 struct bd_blob_upload;
 BD_MUST_CHECK
 enum bd_err bd_blob_upload_begin(struct bd_blobs *blobs, uint64_t most_bytes,
-                                 struct bd_blob_upload **out, struct bd_fault *fault);
+                                 struct bd_blob_upload **out, struct bd_err_detail *detail);
 BD_MUST_CHECK
 enum bd_err bd_blob_upload_write(struct bd_blob_upload *upload, const void *bytes, size_t size,
-                                 struct bd_fault *fault);
+                                 struct bd_err_detail *detail);
 // Ends the upload either way and nulls it. BD_ERR_BAD_INPUT if the content's hash is not `hex`.
 BD_MUST_CHECK
 enum bd_err bd_blob_upload_commit(struct bd_blob_upload **upload, const char *hex,
-                                  struct bd_fault *fault);
+                                  struct bd_err_detail *detail);
 void bd_blob_upload_abort(struct bd_blob_upload **upload);
 
 // Content in memory, read and not mapped: a file that is cut short, or a disk that fails, is an
@@ -76,13 +78,13 @@ struct bd_blob_map {
 // upload.
 BD_MUST_CHECK
 enum bd_err bd_blob_upload_map(struct bd_blob_upload *upload, struct bd_blob_map *out,
-                               struct bd_fault *fault);
+                               struct bd_err_detail *detail);
 
 // A whole blob. Counts as use of it. BD_ERR_NOT_FOUND if there is none, BD_ERR_IO if the disk does
 // not give it. Free with bd_blob_unmap.
 BD_MUST_CHECK
 enum bd_err bd_blobs_map(struct bd_blobs *blobs, const char *hex, struct bd_blob_map *out,
-                         struct bd_fault *fault);
+                         struct bd_err_detail *detail);
 void bd_blob_unmap(struct bd_blob_map *map);
 
 #endif

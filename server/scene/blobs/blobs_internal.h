@@ -51,17 +51,17 @@ struct bd_blob_upload {
     struct bd_blob_upload *next;
 };
 
-enum bd_err bd_blobs_fault(struct bd_fault *fault, const char *what);
+enum bd_err bd_blobs_err(struct bd_err_detail *detail, const char *what);
 
 // A file's content. BD_ERR_IO if it is shorter than it says.
 BD_MUST_CHECK
-enum bd_err bd_blobs_read_file(int file, struct bd_blob_map *out, struct bd_fault *fault);
+enum bd_err bd_blobs_read_file(int file, struct bd_blob_map *out, struct bd_err_detail *detail);
 
 // Whether a file of that name is there, and what its name says; one that is not is set aside.
 // `out` NULL: only looked at.
 BD_MUST_CHECK
 enum bd_err bd_blobs_open_whole(struct bd_blobs *blobs, const char *hex, struct bd_blob_map *out,
-                                struct bd_fault *fault);
+                                struct bd_err_detail *detail);
 
 // The marks of an owner. False, with errno, if one cannot be made.
 bool bd_blobs_mark(const struct bd_blobs *blobs, const char *hex);

@@ -110,9 +110,9 @@ static void leave_list(struct bd_blob_upload *upload)
 }
 
 enum bd_err bd_blob_upload_begin(struct bd_blobs *blobs, uint64_t most_bytes,
-                                 struct bd_blob_upload **out, struct bd_fault *fault)
+                                 struct bd_blob_upload **out, struct bd_err_detail *detail)
 {
-    enum bd_err err = bd_blobs_check_room(blobs, 0, fault);
+    enum bd_err err = bd_blobs_check_room(blobs, 0, detail);
     if (err) return err;
     struct bd_blob_upload *upload = calloc(1, sizeof *upload);
     BD_ASSERT(upload);
@@ -123,7 +123,7 @@ enum bd_err bd_blob_upload_begin(struct bd_blobs *blobs, uint64_t most_bytes,
     if (upload->file < 0) upload->file = open_named(upload);
     if (upload->file < 0) {
         free(upload);
-        return bd_blobs_fault(fault, "an upload cannot begin");
+        return bd_blobs_err(detail, "an upload cannot begin");
     }
     upload->sha = bd_sha256_create();
     enlist(upload);
@@ -133,7 +133,8 @@ enum bd_err bd_blob_upload_begin(struct bd_blobs *blobs, uint64_t most_bytes,
 
 // Takes the bytes into the count before they are written, so that uploads side by side do not pass
 // together where each would alone.
-static enum bd_err count_bytes(struct bd_blob_upload *upload, size_t more, struct bd_fault *fault)
+static enum bd_err count_bytes(struct bd_blob_upload *upload, size_t more,
+                               struct bd_err_detail *detail)
 {
     struct bd_blobs_base *base = upload->blobs->base;
     pthread_mutex_lock(&base->lock);
@@ -143,22 +144,22 @@ static enum bd_err count_bytes(struct bd_blob_upload *upload, size_t more, struc
         if (strcmp(at->blobs->marks, upload->blobs->marks) == 0) bytes += at->size_bytes;
     pthread_mutex_unlock(&base->lock);
     if (bytes <= upload->most_bytes) return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_LIMIT, "max_bytes",
-                        "the blobs would take %" PRIu64 " bytes, above max_bytes of %" PRIu64,
-                        bytes, upload->most_bytes);
+    return bd_err_set(detail, BD_ERR_LIMIT, "max_bytes",
+                      "the blobs would take %" PRIu64 " bytes, above max_bytes of %" PRIu64, bytes,
+                      upload->most_bytes);
 }
 
 enum bd_err bd_blob_upload_write(struct bd_blob_upload *upload, const void *bytes, size_t size,
-                                 struct bd_fault *fault)
+                                 struct bd_err_detail *detail)
 {
-    enum bd_err err = bd_blobs_check_room(upload->blobs, size, fault);
-    if (!err) err = count_bytes(upload, size, fault);
+    enum bd_err err = bd_blobs_check_room(upload->blobs, size, detail);
+    if (!err) err = count_bytes(upload, size, detail);
     if (err) return err;
     bd_sha256_update(upload->sha, bytes, size);
     for (const char *at = bytes; size > 0;) {
         ssize_t written = write(upload->file, at, size);
         if (written < 0 && errno == EINTR) continue;
-        if (written < 0) return bd_blobs_fault(fault, "an upload cannot be written");
+        if (written < 0) return bd_blobs_err(detail, "an upload cannot be written");
         at += written;
         size -= (size_t)written;
     }
@@ -215,33 +216,33 @@ static void tell_others(const struct bd_blob_upload *upload)
 }
 
 static enum bd_err check_and_publish(struct bd_blob_upload *upload, const char *hex,
-                                     struct bd_fault *fault)
+                                     struct bd_err_detail *detail)
 {
     uint8_t digest[BD_SHA256_BYTES];
     char actual[BD_SHA256_HEX];
     bd_sha256_finish(&upload->sha, digest);
     bd_sha256_hex(digest, actual);
     if (strcmp(actual, hex) != 0)
-        return bd_fault_set(fault, BD_ERR_BAD_INPUT, "blob",
-                            "the content is sha256:%s, not sha256:%s", actual, hex);
+        return bd_err_set(detail, BD_ERR_BAD_INPUT, "blob",
+                          "the content is sha256:%s, not sha256:%s", actual, hex);
     const bool is_held = bd_blobs_is_marked(upload->blobs, hex);
     if (fsync(upload->file) < 0 || publish(upload, hex) < 0 || !bd_blobs_mark(upload->blobs, hex) ||
         !sync_marks(upload->blobs) || fsync(upload->blobs->base->directory) < 0)
-        return bd_blobs_fault(fault, "a blob cannot be kept");
+        return bd_blobs_err(detail, "a blob cannot be kept");
     if (!is_held) tell_others(upload);
     return BD_ERR_OK;
 }
 
 enum bd_err bd_blob_upload_commit(struct bd_blob_upload **upload, const char *hex,
-                                  struct bd_fault *fault)
+                                  struct bd_err_detail *detail)
 {
-    enum bd_err err = check_and_publish(*upload, hex, fault);
+    enum bd_err err = check_and_publish(*upload, hex, detail);
     bd_blob_upload_abort(upload);
     return err;
 }
 
 enum bd_err bd_blob_upload_map(struct bd_blob_upload *upload, struct bd_blob_map *out,
-                               struct bd_fault *fault)
+                               struct bd_err_detail *detail)
 {
-    return bd_blobs_read_file(upload->file, out, fault);
+    return bd_blobs_read_file(upload->file, out, detail);
 }

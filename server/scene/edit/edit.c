@@ -16,7 +16,7 @@ const struct bd_edit_limits bd_edit_default_limits = {
     .steps = 1 << 23, // as many as 4096 nodes need to be hung one below the other
 };
 
-// --- faults ---------------------------------------------------------------------------------
+// --- errors ---------------------------------------------------------------------------------
 
 void bd_edit_fail(struct bd_edit *edit, enum bd_err err, const char *field, const char *format, ...)
 {
@@ -28,7 +28,7 @@ void bd_edit_fail(struct bd_edit *edit, enum bd_err err, const char *field, cons
     va_end(args);
     snprintf(path, sizeof path, "ops[%u].%s%s%s", edit->op,
              bd_edit_kinds[edit->ops[edit->op].kind].name, field[0] ? "." : "", field);
-    edit->err = bd_fault_set(edit->fault, err, path, "%s: %s", path, message);
+    edit->err = bd_err_set(edit->detail, err, path, "%s: %s", path, message);
 }
 
 void bd_edit_fail_memory(struct bd_edit *edit)
@@ -301,7 +301,7 @@ static bool begin(struct bd_edit *edit, const struct bd_scene *base, uint32_t op
     edit->draft = bd_scene_copy(base, &room);
     edit->ids = malloc((op_count + (size_t)1) * sizeof *edit->ids);
     if (edit->draft && edit->ids) return true;
-    edit->err = bd_fault_set(edit->fault, BD_ERR_NO_MEMORY, "ops", "no memory for the batch");
+    edit->err = bd_err_set(edit->detail, BD_ERR_NO_MEMORY, "ops", "no memory for the batch");
     return false;
 }
 
@@ -371,14 +371,14 @@ static void run(struct bd_edit *edit, uint32_t op_count, struct bd_delta *out)
 
 enum bd_err bd_edit_check(const struct bd_scene *base, const struct bd_edit_op *ops,
                           uint32_t op_count, const struct bd_edit_limits *limits,
-                          struct bd_delta *out, int32_t *ids, struct bd_fault *fault)
+                          struct bd_delta *out, int32_t *ids, struct bd_err_detail *detail)
 {
-    struct bd_edit edit = {.ops = ops, .limits = limits, .fault = fault, .white = BD_NONE};
+    struct bd_edit edit = {.ops = ops, .limits = limits, .detail = detail, .white = BD_NONE};
     *out = (struct bd_delta){0};
-    if (op_count == 0) return bd_fault_set(fault, BD_ERR_USAGE, "ops", "ops: there are none");
+    if (op_count == 0) return bd_err_set(detail, BD_ERR_USAGE, "ops", "ops: there are none");
     if (op_count > limits->ops)
-        return bd_fault_set(fault, BD_ERR_LIMIT, "ops", "ops: %u operations, limit %u", op_count,
-                            limits->ops);
+        return bd_err_set(detail, BD_ERR_LIMIT, "ops", "ops: %u operations, limit %u", op_count,
+                          limits->ops);
     if (begin(&edit, base, op_count)) run(&edit, op_count, out);
     if (edit.err == BD_ERR_OK && ids) memcpy(ids, edit.ids, op_count * sizeof *ids);
     if (edit.err != BD_ERR_OK) bd_delta_finish(out);

@@ -4,8 +4,8 @@
 // payloads prepared (decoded, checked, sealed) by whoever calls, off the event loop. Ids are
 // objects' slots; BD_NONE is none; BD_EDIT_ADDED(k) is what operation k of the same batch adds.
 //
-// A batch is checked wholly: one fault, and nothing is changed. Values out of range are refused,
-// never clamped. The fault's field is the wire's path: "ops[3].set_light.intensity".
+// A batch is checked wholly: one error, and nothing is changed. Values out of range are refused,
+// never clamped. The error's field is the wire's path: "ops[3].set_light.intensity".
 //
 // Thread: any. Time is that of the small objects and the operations, and of `steps` of the limits.
 
@@ -106,7 +106,7 @@ extern const struct bd_edit_limits bd_edit_default_limits;
 BD_MUST_CHECK
 enum bd_err bd_edit_check(const struct bd_scene *base, const struct bd_edit_op *ops,
                           uint32_t op_count, const struct bd_edit_limits *limits,
-                          struct bd_delta *out, int32_t *ids, struct bd_fault *fault);
+                          struct bd_delta *out, int32_t *ids, struct bd_err_detail *detail);
 
 // Triangles as a client sends them. Streams are borrowed; only positions have to be there.
 struct bd_primitive_source {
@@ -123,7 +123,8 @@ struct bd_primitive_source {
 // caller owns the result.
 BD_MUST_CHECK
 enum bd_err bd_edit_build_mesh(const struct bd_primitive_source *primitives, uint32_t count,
-                               const char *field, struct bd_mesh **out, struct bd_fault *fault);
+                               const char *field, struct bd_mesh **out,
+                               struct bd_err_detail *detail);
 
 // For set_mesh_vertices, off the event loop: a sealed mesh of the same triangles whose primitive
 // `primitive` has its vertices elsewhere. `normals` may be NULL: made anew from the triangles,
@@ -132,6 +133,7 @@ enum bd_err bd_edit_build_mesh(const struct bd_primitive_source *primitives, uin
 BD_MUST_CHECK
 enum bd_err bd_edit_deform_mesh(const struct bd_mesh *mesh, uint32_t primitive,
                                 const float *positions, const float *normals, uint32_t vertex_count,
-                                const char *field, struct bd_mesh **out, struct bd_fault *fault);
+                                const char *field, struct bd_mesh **out,
+                                struct bd_err_detail *detail);
 
 #endif

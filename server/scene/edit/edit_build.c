@@ -14,7 +14,7 @@ struct build {
     struct bd_primitive *to;
     char path[96];
     enum bd_err err;
-    struct bd_fault *fault;
+    struct bd_err_detail *detail;
 };
 
 static void fail(struct build *build, enum bd_err err, const char *field, const char *what)
@@ -22,7 +22,7 @@ static void fail(struct build *build, enum bd_err err, const char *field, const 
     char path[128];
     if (build->err != BD_ERR_OK) return;
     snprintf(path, sizeof path, "%s.%s", build->path, field);
-    build->err = bd_fault_set(build->fault, err, path, "%s: %s", path, what);
+    build->err = bd_err_set(build->detail, err, path, "%s: %s", path, what);
 }
 
 // Copies a stream whose numbers lie in [least, most]; nothing where there is none.
@@ -118,7 +118,8 @@ static void build_primitive(struct build *build)
 }
 
 enum bd_err bd_edit_build_mesh(const struct bd_primitive_source *primitives, uint32_t count,
-                               const char *field, struct bd_mesh **out, struct bd_fault *fault)
+                               const char *field, struct bd_mesh **out,
+                               struct bd_err_detail *detail)
 {
     *out = NULL;
     struct bd_mesh *mesh = calloc(1, sizeof *mesh);
@@ -126,12 +127,12 @@ enum bd_err bd_edit_build_mesh(const struct bd_primitive_source *primitives, uin
     if (!mesh || !made) {
         free(mesh);
         free(made);
-        return bd_fault_set(fault, BD_ERR_NO_MEMORY, field, "%s: no memory for the mesh", field);
+        return bd_err_set(detail, BD_ERR_NO_MEMORY, field, "%s: no memory for the mesh", field);
     }
     *mesh = (struct bd_mesh){.reference_count = 1, .primitive_count = count, .primitives = made};
     enum bd_err err = BD_ERR_OK;
     for (uint32_t p = 0; p < count && err == BD_ERR_OK; p++) {
-        struct build build = {.from = &primitives[p], .to = &made[p], .fault = fault};
+        struct build build = {.from = &primitives[p], .to = &made[p], .detail = detail};
         snprintf(build.path, sizeof build.path, "%.64s.primitives[%u]", field, p);
         build_primitive(&build);
         err = build.err;

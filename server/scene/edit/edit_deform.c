@@ -10,15 +10,15 @@
 #include "scene/model/primitive.h"
 
 static enum bd_err check_vectors(const float *values, uint32_t vertex_count, const char *field,
-                                 const char *stream, struct bd_fault *fault)
+                                 const char *stream, struct bd_err_detail *detail)
 {
     const float most = (float)BD_COORDINATE_MAX_M;
     for (size_t i = 0; i < 3 * (size_t)vertex_count; i++) {
         if (fabsf(values[i]) <= most) continue;
         char path[128];
         snprintf(path, sizeof path, "%.80s.%s", field, stream);
-        return bd_fault_set(fault, BD_ERR_USAGE, path, "%s: number %zu, %.9g, is not in [%g, %g]",
-                            path, i, (double)values[i], (double)-most, (double)most);
+        return bd_err_set(detail, BD_ERR_USAGE, path, "%s: number %zu, %.9g, is not in [%g, %g]",
+                          path, i, (double)values[i], (double)-most, (double)most);
     }
     return BD_ERR_OK;
 }
@@ -142,7 +142,7 @@ static void turn_tangents(struct bd_primitive *primitive)
 
 static enum bd_err deform(const struct bd_mesh *mesh, uint32_t index, const float *positions,
                           const float *normals, const char *field, struct bd_mesh **out,
-                          struct bd_fault *fault)
+                          struct bd_err_detail *detail)
 {
     struct bd_mesh *made = copy_mesh(mesh);
     bool ok = made != NULL;
@@ -158,7 +158,7 @@ static enum bd_err deform(const struct bd_mesh *mesh, uint32_t index, const floa
     }
     if (!ok) {
         bd_mesh_release(&made);
-        return bd_fault_set(fault, BD_ERR_NO_MEMORY, field, "%s: no memory for the mesh", field);
+        return bd_err_set(detail, BD_ERR_NO_MEMORY, field, "%s: no memory for the mesh", field);
     }
     bd_mesh_seal(made);
     *out = made;
@@ -167,21 +167,22 @@ static enum bd_err deform(const struct bd_mesh *mesh, uint32_t index, const floa
 
 enum bd_err bd_edit_deform_mesh(const struct bd_mesh *mesh, uint32_t primitive,
                                 const float *positions, const float *normals, uint32_t vertex_count,
-                                const char *field, struct bd_mesh **out, struct bd_fault *fault)
+                                const char *field, struct bd_mesh **out,
+                                struct bd_err_detail *detail)
 {
     char path[128];
     *out = NULL;
     snprintf(path, sizeof path, "%.80s.primitive", field);
     if (primitive >= mesh->primitive_count)
-        return bd_fault_set(fault, BD_ERR_NOT_FOUND, path, "%s: the mesh has %u primitives", path,
-                            mesh->primitive_count);
+        return bd_err_set(detail, BD_ERR_NOT_FOUND, path, "%s: the mesh has %u primitives", path,
+                          mesh->primitive_count);
     snprintf(path, sizeof path, "%.80s.positions", field);
     if (vertex_count != mesh->primitives[primitive].vertex_count)
-        return bd_fault_set(fault, BD_ERR_USAGE, path, "%s: %u vertices, the primitive has %u",
-                            path, vertex_count, mesh->primitives[primitive].vertex_count);
-    enum bd_err err = check_vectors(positions, vertex_count, field, "positions", fault);
+        return bd_err_set(detail, BD_ERR_USAGE, path, "%s: %u vertices, the primitive has %u", path,
+                          vertex_count, mesh->primitives[primitive].vertex_count);
+    enum bd_err err = check_vectors(positions, vertex_count, field, "positions", detail);
     if (err == BD_ERR_OK && normals)
-        err = check_vectors(normals, vertex_count, field, "normals", fault);
+        err = check_vectors(normals, vertex_count, field, "normals", detail);
     if (err != BD_ERR_OK) return err;
-    return deform(mesh, primitive, positions, normals, field, out, fault);
+    return deform(mesh, primitive, positions, normals, field, out, detail);
 }

@@ -12,7 +12,7 @@ static void store_mesh(struct bd_edit *edit, int32_t id, struct bd_mesh *mesh)
 }
 
 // The prepared mesh under the name and with the materials that it is to have here. NULL after a
-// fault.
+// error.
 static struct bd_mesh *prepared(struct bd_edit *edit, struct bd_mesh *mesh, const char *name)
 {
     struct bd_mesh *alias = bd_mesh_alias(mesh);

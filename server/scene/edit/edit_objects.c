@@ -7,7 +7,7 @@
 #include "scene/edit/edit_parts.h"
 #include "scene/model/derive.h"
 
-// The object that an operation adds or changes; NULL after a fault.
+// The object that an operation adds or changes; NULL after an error.
 static void *begin(struct bd_edit *edit, const struct bd_edit_op *op, enum bd_edit_kind adding,
                    enum bd_object_kind kind, void *objects, size_t bytes)
 {

@@ -1,6 +1,6 @@
 // A batch that is being checked. Only edit*.c include this.
 //
-// The draft is a copy of the snapshot on which the operations are carried out. The first fault
+// The draft is a copy of the snapshot on which the operations are carried out. The first error
 // stays: whatever is asked after it has no effect, so that a chain of fields is checked once.
 
 #ifndef BD_SCENE_EDIT_EDIT_PARTS_H
@@ -32,7 +32,7 @@ struct bd_edit {
     uint32_t steps;          // taken upwards
     int32_t white; // the material that the batch showed last where a primitive has none, or BD_NONE
     enum bd_err err;
-    struct bd_fault *fault;
+    struct bd_err_detail *detail;
 };
 
 // "ops[3].set_light.FIELD", or without FIELD where it is "".
@@ -46,7 +46,7 @@ void bd_edit_note(struct bd_edit *edit, struct bd_edit_list *list, enum bd_objec
 void bd_edit_touch(struct bd_edit *edit, enum bd_object_kind kind, uint32_t id);
 // The next free slot of a kind, touched.
 uint32_t bd_edit_next(struct bd_edit *edit, enum bd_object_kind kind);
-// What an operation names by `id`: -1 if there is no such thing, after a fault.
+// What an operation names by `id`: -1 if there is no such thing, after an error.
 int32_t bd_edit_target(struct bd_edit *edit, enum bd_object_kind kind);
 // What `value` refers to, BD_NONE included.
 int32_t bd_edit_reference(struct bd_edit *edit, const char *field, enum bd_object_kind kind,
@@ -78,11 +78,11 @@ void bd_edit_import(struct bd_edit *edit, const struct bd_edit_op *op);
 void bd_edit_remove(struct bd_edit *edit, enum bd_object_kind kind);
 void bd_edit_settle_removals(struct bd_edit *edit);
 
-// The node above one, BD_NONE at the end. Each such step counts: beyond the limit it is a fault.
+// The node above one, BD_NONE at the end. Each such step counts: beyond the limit it is an error.
 int32_t bd_edit_above(struct bd_edit *edit, int32_t node);
 
 // How many textures of the draft show each picture, to be kept up by who changes that. NULL after a
-// fault.
+// error.
 uint32_t *bd_edit_picture_users(struct bd_edit *edit);
 
 // The material that primitives without one show, added once it is needed.

@@ -21,8 +21,8 @@ struct bd_gltf_path bd_gltf_path(const char *format, ...)
 
 enum bd_err bd_gltf_no_memory(struct bd_gltf_reader *reader, const char *path)
 {
-    return bd_fault_set(reader->fault, BD_ERR_NO_MEMORY, path,
-                        "the import needs more memory than its limit");
+    return bd_err_set(reader->detail, BD_ERR_NO_MEMORY, path,
+                      "the import needs more memory than its limit");
 }
 
 // Cut where it is too long, but never inside a character.
@@ -82,9 +82,9 @@ static enum bd_err read_document(struct bd_gltf_reader *reader)
     return err;
 }
 
-static enum bd_err no_scene(struct bd_fault *fault)
+static enum bd_err no_scene(struct bd_err_detail *detail)
 {
-    return bd_fault_set(fault, BD_ERR_BAD_INPUT, "scenes", "the file holds no scene and no nodes");
+    return bd_err_set(detail, BD_ERR_BAD_INPUT, "scenes", "the file holds no scene and no nodes");
 }
 
 static uint64_t size_of_all(const struct bd_import_file *files, uint32_t file_count)
@@ -98,7 +98,7 @@ static enum bd_err read_parsed(const struct bd_gltf_document *doc,
                                const struct bd_import_file *files, uint32_t file_count,
                                const struct bd_import_limits *limits,
                                struct bd_picture_queue *pictures, struct bd_scene **out,
-                               struct bd_fault *fault)
+                               struct bd_err_detail *detail)
 {
     struct bd_gltf_reader reader = {.doc = doc,
                                     .files = files,
@@ -106,11 +106,11 @@ static enum bd_err read_parsed(const struct bd_gltf_document *doc,
                                     .limits = limits,
                                     .pictures = pictures,
                                     .scene = bd_scene_create(),
-                                    .fault = fault,
+                                    .detail = detail,
                                     .input_bytes = size_of_all(files, file_count),
                                     .vertex_bytes_left = limits->scene_bytes};
     enum bd_err err = read_document(&reader);
-    if (err == BD_ERR_OK && doc->scene_count == 0 && doc->node_count == 0) err = no_scene(fault);
+    if (err == BD_ERR_OK && doc->scene_count == 0 && doc->node_count == 0) err = no_scene(detail);
     free(reader.uv_slots);
     if (err == BD_ERR_OK)
         *out = reader.scene;
@@ -123,20 +123,21 @@ enum bd_err bd_gltf_read_waiting(const struct bd_import_file *files, uint32_t fi
                                  const struct bd_import_limits *limits,
                                  struct bd_picture_queue *pictures,
                                  struct bd_gltf_document **document, struct bd_scene **out,
-                                 struct bd_fault *fault)
+                                 struct bd_err_detail *detail)
 {
     *out = NULL;
     *document = NULL;
     struct bd_gltf_text text;
-    enum bd_err err = bd_gltf_scan(files[0].bytes, files[0].size_bytes, &text, fault);
+    enum bd_err err = bd_gltf_scan(files[0].bytes, files[0].size_bytes, &text, detail);
     if (err == BD_ERR_OK)
-        err = bd_gltf_parse(text.bytes, text.size, text.is_glb, files, file_count, document, fault);
+        err =
+            bd_gltf_parse(text.bytes, text.size, text.is_glb, files, file_count, document, detail);
     // What tinygltf cannot do with a legal fragment is not the fragment's first trouble. What our
     // own checks find in one is.
-    if (err == BD_ERR_BAD_INPUT && text.is_scanned && !text.has_scene) err = no_scene(fault);
+    if (err == BD_ERR_BAD_INPUT && text.is_scanned && !text.has_scene) err = no_scene(detail);
     bd_gltf_text_free(&text);
     if (err == BD_ERR_OK)
-        err = read_parsed(*document, files, file_count, limits, pictures, out, fault);
+        err = read_parsed(*document, files, file_count, limits, pictures, out, detail);
     if (err == BD_ERR_OK && text.min_version[0])
         bd_scene_flag(*out, "min_version: %s", text.min_version);
     if (err == BD_ERR_OK && text.dataless_buffer_count)
@@ -145,25 +146,25 @@ enum bd_err bd_gltf_read_waiting(const struct bd_import_file *files, uint32_t fi
 }
 
 static enum bd_err fill_pictures(struct bd_scene *scene, struct bd_picture_queue *pictures,
-                                 struct bd_fault *fault)
+                                 struct bd_err_detail *detail)
 {
     enum bd_err err = BD_ERR_OK;
     for (uint32_t i = 0; !err && i < scene->picture_count; i++)
-        err = bd_picture_queue_take(pictures, &scene->pictures[i]->rgba, fault);
+        err = bd_picture_queue_take(pictures, &scene->pictures[i]->rgba, detail);
     return err;
 }
 
 enum bd_err bd_gltf_read(const struct bd_import_file *files, uint32_t file_count,
                          const struct bd_import_limits *limits, struct bd_scene **out,
-                         struct bd_fault *fault)
+                         struct bd_err_detail *detail)
 {
     *out = NULL;
     struct bd_gltf_document *document = NULL;
     struct bd_picture_queue *pictures = bd_picture_queue_create(0);
-    if (!pictures) return bd_fault_set(fault, BD_ERR_NO_MEMORY, "", "no memory for the pictures");
+    if (!pictures) return bd_err_set(detail, BD_ERR_NO_MEMORY, "", "no memory for the pictures");
     enum bd_err err =
-        bd_gltf_read_waiting(files, file_count, limits, pictures, &document, out, fault);
-    if (err == BD_ERR_OK) err = fill_pictures(*out, pictures, fault);
+        bd_gltf_read_waiting(files, file_count, limits, pictures, &document, out, detail);
+    if (err == BD_ERR_OK) err = fill_pictures(*out, pictures, detail);
     bd_picture_queue_destroy(&pictures);
     bd_gltf_document_destroy(&document);
     if (err == BD_ERR_OK)

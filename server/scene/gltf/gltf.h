@@ -16,12 +16,12 @@
 #include "scene/model/scene.h"
 
 // files[0] is the .gltf or .glb; its bytes are copied, the others' are only read. On success the
-// caller owns the scene (bd_scene_finish is still to be called). On failure `fault` names the JSON
+// caller owns the scene (bd_scene_finish is still to be called). On failure `detail` names the JSON
 // path or the limit.
 BD_MUST_CHECK
 enum bd_err bd_gltf_read(const struct bd_import_file *files, uint32_t file_count,
                          const struct bd_import_limits *limits, struct bd_scene **out,
-                         struct bd_fault *fault);
+                         struct bd_err_detail *detail);
 
 struct bd_picture_queue;
 
@@ -34,6 +34,6 @@ enum bd_err bd_gltf_read_waiting(const struct bd_import_file *files, uint32_t fi
                                  const struct bd_import_limits *limits,
                                  struct bd_picture_queue *pictures,
                                  struct bd_gltf_document **document, struct bd_scene **out,
-                                 struct bd_fault *fault);
+                                 struct bd_err_detail *detail);
 
 #endif

@@ -76,10 +76,10 @@ static enum bd_err sparse_index(struct bd_gltf_reader *reader, int32_t index, in
                                      (uint64_t)accessor->sparse_index_offset_bytes);
     *out = load_unsigned(base + (uint64_t)i * bytes, accessor->sparse_index_type);
     if (*out < accessor->count) return BD_ERR_OK;
-    return bd_fault_set(reader->fault, BD_ERR_BAD_INPUT,
-                        bd_gltf_path("accessors[%d].sparse.indices", index).text,
-                        "element %lld names %llu of %llu", (long long)i, (unsigned long long)*out,
-                        (unsigned long long)accessor->count);
+    return bd_err_set(reader->detail, BD_ERR_BAD_INPUT,
+                      bd_gltf_path("accessors[%d].sparse.indices", index).text,
+                      "element %lld names %llu of %llu", (long long)i, (unsigned long long)*out,
+                      (unsigned long long)accessor->count);
 }
 
 static const uint8_t *sparse_value(const struct bd_gltf_reader *reader,

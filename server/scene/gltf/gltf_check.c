@@ -11,8 +11,8 @@
 static enum bd_err unresolved(struct bd_gltf_reader *reader, struct bd_gltf_path path,
                               int32_t index, uint32_t count)
 {
-    return bd_fault_set(reader->fault, BD_ERR_BAD_INPUT, path.text,
-                        "index %d out of range, there are %u", index, count);
+    return bd_err_set(reader->detail, BD_ERR_BAD_INPUT, path.text,
+                      "index %d out of range, there are %u", index, count);
 }
 
 static bool is_optional_index(int32_t index, uint32_t count)
@@ -83,8 +83,8 @@ static enum bd_err check_views(struct bd_gltf_reader *reader)
         CHECK(is_index, view->buffer, doc->buffer_count, "bufferViews[%u].buffer", i);
         uint64_t size = doc->buffers[view->buffer].size_bytes;
         if (view->offset_bytes > size || view->length_bytes > size - view->offset_bytes)
-            return bd_fault_set(
-                reader->fault, BD_ERR_BAD_INPUT, bd_gltf_path("bufferViews[%u]", i).text,
+            return bd_err_set(
+                reader->detail, BD_ERR_BAD_INPUT, bd_gltf_path("bufferViews[%u]", i).text,
                 "bytes %llu + %llu lie outside buffer %d of %llu bytes",
                 (unsigned long long)view->offset_bytes, (unsigned long long)view->length_bytes,
                 view->buffer, (unsigned long long)size);
@@ -104,9 +104,9 @@ static bool fits(const struct bd_gltf_view *view, uint64_t offset, uint64_t coun
 
 static enum bd_err too_long(struct bd_gltf_reader *reader, struct bd_gltf_path path, int32_t view)
 {
-    return bd_fault_set(reader->fault, BD_ERR_BAD_INPUT, path.text,
-                        "elements lie outside buffer view %d of %llu bytes", view,
-                        (unsigned long long)reader->doc->views[view].length_bytes);
+    return bd_err_set(reader->detail, BD_ERR_BAD_INPUT, path.text,
+                      "elements lie outside buffer view %d of %llu bytes", view,
+                      (unsigned long long)reader->doc->views[view].length_bytes);
 }
 
 static enum bd_err check_sparse(struct bd_gltf_reader *reader, uint32_t i)
@@ -120,14 +120,14 @@ static enum bd_err check_sparse(struct bd_gltf_reader *reader, uint32_t i)
     uint32_t index_bytes = bd_gltf_component_bytes(accessor->sparse_index_type);
     if (index_bytes == 0 || accessor->sparse_index_type == 5120 ||
         accessor->sparse_index_type == 5122 || accessor->sparse_index_type == 5126)
-        return bd_fault_set(reader->fault, BD_ERR_BAD_INPUT,
-                            bd_gltf_path("accessors[%u].sparse.indices.componentType", i).text,
-                            "%u is not an unsigned integer type", accessor->sparse_index_type);
+        return bd_err_set(reader->detail, BD_ERR_BAD_INPUT,
+                          bd_gltf_path("accessors[%u].sparse.indices.componentType", i).text,
+                          "%u is not an unsigned integer type", accessor->sparse_index_type);
     if (accessor->sparse_count < 0 || (uint64_t)accessor->sparse_count > accessor->count)
-        return bd_fault_set(reader->fault, BD_ERR_BAD_INPUT,
-                            bd_gltf_path("accessors[%u].sparse.count", i).text,
-                            "%lld of %llu elements", (long long)accessor->sparse_count,
-                            (unsigned long long)accessor->count);
+        return bd_err_set(reader->detail, BD_ERR_BAD_INPUT,
+                          bd_gltf_path("accessors[%u].sparse.count", i).text,
+                          "%lld of %llu elements", (long long)accessor->sparse_count,
+                          (unsigned long long)accessor->count);
     uint64_t count = (uint64_t)accessor->sparse_count, element = bd_gltf_element_bytes(accessor);
     int64_t index_offset = accessor->sparse_index_offset_bytes;
     int64_t value_offset = accessor->sparse_value_offset_bytes;
@@ -148,10 +148,10 @@ static enum bd_err check_zeros(struct bd_gltf_reader *reader, uint32_t i)
 {
     uint64_t most = reader->input_bytes > 65536 ? reader->input_bytes : 65536;
     if (reader->doc->accessors[i].count <= most) return BD_ERR_OK;
-    return bd_fault_set(reader->fault, BD_ERR_LIMIT, bd_gltf_path("accessors[%u].count", i).text,
-                        "%llu elements without a buffer view, limit %llu",
-                        (unsigned long long)reader->doc->accessors[i].count,
-                        (unsigned long long)most);
+    return bd_err_set(reader->detail, BD_ERR_LIMIT, bd_gltf_path("accessors[%u].count", i).text,
+                      "%llu elements without a buffer view, limit %llu",
+                      (unsigned long long)reader->doc->accessors[i].count,
+                      (unsigned long long)most);
 }
 
 static enum bd_err check_accessor(struct bd_gltf_reader *reader, uint32_t i)
@@ -160,13 +160,13 @@ static enum bd_err check_accessor(struct bd_gltf_reader *reader, uint32_t i)
     const struct bd_gltf_accessor *accessor = &doc->accessors[i];
     CHECK(is_optional_index, accessor->view, doc->view_count, "accessors[%u].bufferView", i);
     if (bd_gltf_component_bytes(accessor->component_type) == 0)
-        return bd_fault_set(reader->fault, BD_ERR_BAD_INPUT,
-                            bd_gltf_path("accessors[%u].componentType", i).text,
-                            "%u is not a component type", accessor->component_type);
+        return bd_err_set(reader->detail, BD_ERR_BAD_INPUT,
+                          bd_gltf_path("accessors[%u].componentType", i).text,
+                          "%u is not a component type", accessor->component_type);
     if (accessor->count > INT32_MAX)
-        return bd_fault_set(reader->fault, BD_ERR_LIMIT,
-                            bd_gltf_path("accessors[%u].count", i).text, "%llu elements, limit %d",
-                            (unsigned long long)accessor->count, INT32_MAX);
+        return bd_err_set(reader->detail, BD_ERR_LIMIT, bd_gltf_path("accessors[%u].count", i).text,
+                          "%llu elements, limit %d", (unsigned long long)accessor->count,
+                          INT32_MAX);
     if (accessor->view == BD_NONE) {
         enum bd_err err = check_zeros(reader, i);
         if (err != BD_ERR_OK) return err;
@@ -174,9 +174,9 @@ static enum bd_err check_accessor(struct bd_gltf_reader *reader, uint32_t i)
         uint32_t stride = bd_gltf_stride_bytes(reader, accessor);
         uint32_t element = bd_gltf_element_bytes(accessor);
         if (stride < element)
-            return bd_fault_set(reader->fault, BD_ERR_BAD_INPUT,
-                                bd_gltf_path("bufferViews[%d].byteStride", accessor->view).text,
-                                "%u bytes, elements of accessor %u have %u", stride, i, element);
+            return bd_err_set(reader->detail, BD_ERR_BAD_INPUT,
+                              bd_gltf_path("bufferViews[%d].byteStride", accessor->view).text,
+                              "%u bytes, elements of accessor %u have %u", stride, i, element);
         if (!fits(&doc->views[accessor->view], accessor->offset_bytes, accessor->count,
                   last_element_bytes(accessor), stride))
             return too_long(reader, bd_gltf_path("accessors[%u]", i), accessor->view);
@@ -194,10 +194,10 @@ static enum bd_err check_attributes(struct bd_gltf_reader *reader, struct bd_glt
               attribute->name);
         uint64_t own = reader->doc->accessors[attribute->accessor].count;
         if (i > 0 && own != count)
-            return bd_fault_set(reader->fault, BD_ERR_BAD_INPUT,
-                                bd_gltf_path("%.80s.%.40s", path.text, attribute->name).text,
-                                "%llu elements, other attributes have %llu",
-                                (unsigned long long)own, (unsigned long long)count);
+            return bd_err_set(reader->detail, BD_ERR_BAD_INPUT,
+                              bd_gltf_path("%.80s.%.40s", path.text, attribute->name).text,
+                              "%llu elements, other attributes have %llu", (unsigned long long)own,
+                              (unsigned long long)count);
         count = own;
     }
     return BD_ERR_OK;
@@ -226,10 +226,10 @@ static enum bd_err check_attribute_shapes(struct bd_gltf_reader *reader, struct 
             if (!same) continue;
             if (accessor->column_count != 1 || accessor->row_count < shapes[s].rows_min ||
                 accessor->row_count > shapes[s].rows_max || accessor->component_type == 5125)
-                return bd_fault_set(reader->fault, BD_ERR_BAD_INPUT,
-                                    bd_gltf_path("%.80s.%.40s", path.text, name).text,
-                                    "accessor %d has the wrong type for this attribute",
-                                    attributes->items[i].accessor);
+                return bd_err_set(reader->detail, BD_ERR_BAD_INPUT,
+                                  bd_gltf_path("%.80s.%.40s", path.text, name).text,
+                                  "accessor %d has the wrong type for this attribute",
+                                  attributes->items[i].accessor);
         }
     }
     return BD_ERR_OK;
@@ -244,9 +244,9 @@ static enum bd_err check_indices(struct bd_gltf_reader *reader, struct bd_gltf_p
     bool is_unsigned = accessor->component_type == 5121 || accessor->component_type == 5123 ||
                        accessor->component_type == 5125;
     if (is_unsigned && accessor->row_count == 1 && accessor->column_count == 1) return BD_ERR_OK;
-    return bd_fault_set(reader->fault, BD_ERR_BAD_INPUT,
-                        bd_gltf_path("%.100s.indices", path.text).text,
-                        "accessor %d is not of unsigned scalars", indices);
+    return bd_err_set(reader->detail, BD_ERR_BAD_INPUT,
+                      bd_gltf_path("%.100s.indices", path.text).text,
+                      "accessor %d is not of unsigned scalars", indices);
 }
 
 static enum bd_err check_primitive(struct bd_gltf_reader *reader, uint32_t m, uint32_t p)
@@ -255,9 +255,9 @@ static enum bd_err check_primitive(struct bd_gltf_reader *reader, uint32_t m, ui
     struct bd_gltf_path path = bd_gltf_path("meshes[%u].primitives[%u]", m, p);
     struct bd_gltf_path attributes = bd_gltf_path("%.80s.attributes", path.text);
     if (primitive->mode < 0 || primitive->mode > 6)
-        return bd_fault_set(reader->fault, BD_ERR_BAD_INPUT,
-                            bd_gltf_path("%.100s.mode", path.text).text, "%d is not a mode",
-                            primitive->mode);
+        return bd_err_set(reader->detail, BD_ERR_BAD_INPUT,
+                          bd_gltf_path("%.100s.mode", path.text).text, "%d is not a mode",
+                          primitive->mode);
     CHECK(is_optional_index, primitive->material, reader->doc->material_count, "%.100s.material",
           path.text);
     enum bd_err err = check_indices(reader, path, primitive->indices);
@@ -271,8 +271,8 @@ static enum bd_err check_primitive(struct bd_gltf_reader *reader, uint32_t m, ui
         if (err == BD_ERR_OK && position != BD_NONE && primitive->targets[t].count > 0 &&
             reader->doc->accessors[primitive->targets[t].items[0].accessor].count !=
                 reader->doc->accessors[position].count)
-            err = bd_fault_set(reader->fault, BD_ERR_BAD_INPUT, target.text,
-                               "not as many elements as the attributes");
+            err = bd_err_set(reader->detail, BD_ERR_BAD_INPUT, target.text,
+                             "not as many elements as the attributes");
     }
     return err;
 }
@@ -324,9 +324,9 @@ static enum bd_err check_skin(struct bd_gltf_reader *reader, uint32_t i)
     if (accessor->column_count == 4 && accessor->component_type == 5126 &&
         accessor->count >= skin->joint_count)
         return BD_ERR_OK;
-    return bd_fault_set(reader->fault, BD_ERR_BAD_INPUT,
-                        bd_gltf_path("skins[%u].inverseBindMatrices", i).text,
-                        "accessor %d is not of %u float matrices", matrices, skin->joint_count);
+    return bd_err_set(reader->detail, BD_ERR_BAD_INPUT,
+                      bd_gltf_path("skins[%u].inverseBindMatrices", i).text,
+                      "accessor %d is not of %u float matrices", matrices, skin->joint_count);
 }
 
 static enum bd_err check_node(struct bd_gltf_reader *reader, uint32_t i)

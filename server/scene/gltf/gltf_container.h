@@ -13,11 +13,12 @@ struct bd_gltf_json_range {
 // chunks of unknown type, which the specification says to ignore. A .gltf is all JSON.
 BD_MUST_CHECK
 enum bd_err bd_gltf_open_container(struct bd_gltf_text *text, struct bd_gltf_json_range *json,
-                                   struct bd_fault *fault);
+                                   struct bd_err_detail *detail);
 
 // Makes a .glb of a .gltf, with a BIN chunk of zeros: tinygltf reads buffers without uri from
 // there.
 BD_MUST_CHECK
-enum bd_err bd_gltf_wrap(struct bd_gltf_text *text, size_t zero_bytes, struct bd_fault *fault);
+enum bd_err bd_gltf_wrap(struct bd_gltf_text *text, size_t zero_bytes,
+                         struct bd_err_detail *detail);
 
 #endif

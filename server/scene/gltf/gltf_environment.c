@@ -17,7 +17,7 @@
 
 static enum bd_err refuse(struct bd_gltf_reader *reader, const char *what)
 {
-    return bd_fault_set(reader->fault, BD_ERR_BAD_INPUT, MAP_PATH, "%s", what);
+    return bd_err_set(reader->detail, BD_ERR_BAD_INPUT, MAP_PATH, "%s", what);
 }
 
 static enum bd_err check_map(struct bd_gltf_reader *reader,
@@ -25,22 +25,22 @@ static enum bd_err check_map(struct bd_gltf_reader *reader,
 {
     const uint32_t float_type = 5126;
     if (in->accessor < 0 || (uint32_t)in->accessor >= reader->doc->accessor_count)
-        return bd_fault_set(reader->fault, BD_ERR_BAD_INPUT, MAP_PATH,
-                            "index %d out of range, there are %u", in->accessor,
-                            reader->doc->accessor_count);
+        return bd_err_set(reader->detail, BD_ERR_BAD_INPUT, MAP_PATH,
+                          "index %d out of range, there are %u", in->accessor,
+                          reader->doc->accessor_count);
     const struct bd_gltf_accessor *accessor = &reader->doc->accessors[in->accessor];
     if (accessor->component_type != float_type || accessor->row_count != 3 ||
         accessor->column_count != 1 || accessor->is_sparse || accessor->view == BD_NONE)
         return refuse(reader, "its accessor has to hold VEC3 of floats, all of them in a view");
     if (in->width < 1 || in->height < 1 || in->width > BD_SKY_MAP_SIDE_MAX_PX ||
         in->height > BD_SKY_MAP_SIDE_MAX_PX)
-        return bd_fault_set(reader->fault, BD_ERR_BAD_INPUT, MAP_PATH,
-                            "%d x %d texels; each side goes from 1 to %d", in->width, in->height,
-                            BD_SKY_MAP_SIDE_MAX_PX);
+        return bd_err_set(reader->detail, BD_ERR_BAD_INPUT, MAP_PATH,
+                          "%d x %d texels; each side goes from 1 to %d", in->width, in->height,
+                          BD_SKY_MAP_SIDE_MAX_PX);
     if (accessor->count != (uint64_t)in->width * (uint64_t)in->height)
-        return bd_fault_set(reader->fault, BD_ERR_BAD_INPUT, MAP_PATH,
-                            "%d x %d texels, its accessor has %llu", in->width, in->height,
-                            (unsigned long long)accessor->count);
+        return bd_err_set(reader->detail, BD_ERR_BAD_INPUT, MAP_PATH,
+                          "%d x %d texels, its accessor has %llu", in->width, in->height,
+                          (unsigned long long)accessor->count);
     return BD_ERR_OK;
 }
 
@@ -82,9 +82,9 @@ static enum bd_err read_rotation(struct bd_gltf_reader *reader, const double rot
     bool is_turned = false;
     for (int c = 0; c < 4; c++) {
         if (!(fabs(rotation[c]) <= 1))
-            return bd_fault_set(reader->fault, BD_ERR_BAD_INPUT,
-                                "extensions.BOUNCED_environment.rotation", "%g is not in [-1, 1]",
-                                rotation[c]);
+            return bd_err_set(reader->detail, BD_ERR_BAD_INPUT,
+                              "extensions.BOUNCED_environment.rotation", "%g is not in [-1, 1]",
+                              rotation[c]);
         is_turned = is_turned || rotation[c] != 0;
     }
     if (is_turned) bd_environment_turn(&reader->scene->environment, rotation);
@@ -97,9 +97,9 @@ enum bd_err bd_gltf_read_environment(struct bd_gltf_reader *reader)
     if (!in->is_there) return BD_ERR_OK;
     for (int c = 0; c < 3; c++) {
         if (!(in->radiance[c] >= 0 && in->radiance[c] <= (double)FLT_MAX))
-            return bd_fault_set(reader->fault, BD_ERR_BAD_INPUT,
-                                "extensions.BOUNCED_environment.radiance", "%g is not in [0, %g]",
-                                in->radiance[c], (double)FLT_MAX);
+            return bd_err_set(reader->detail, BD_ERR_BAD_INPUT,
+                              "extensions.BOUNCED_environment.radiance", "%g is not in [0, %g]",
+                              in->radiance[c], (double)FLT_MAX);
         reader->scene->environment.radiance[c] = (float)in->radiance[c];
     }
     enum bd_err err = read_rotation(reader, in->rotation);

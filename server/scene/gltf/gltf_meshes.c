@@ -160,9 +160,9 @@ static enum bd_err complete(struct bd_gltf_reader *reader, struct bd_primitive *
 static enum bd_err spend(struct bd_gltf_reader *reader, const char *path, uint64_t bytes)
 {
     if (bytes > reader->vertex_bytes_left)
-        return bd_fault_set(reader->fault, BD_ERR_LIMIT, path,
-                            "the scene's triangles need more than %llu bytes",
-                            (unsigned long long)reader->limits->scene_bytes);
+        return bd_err_set(reader->detail, BD_ERR_LIMIT, path,
+                          "the scene's triangles need more than %llu bytes",
+                          (unsigned long long)reader->limits->scene_bytes);
     reader->vertex_bytes_left -= bytes;
     return BD_ERR_OK;
 }

@@ -116,16 +116,16 @@ static enum bd_err adopt_children(struct bd_gltf_reader *reader)
         for (uint32_t c = 0; c < doc->nodes[i].child_count; c++) {
             struct bd_node *child = &scene->nodes[doc->nodes[i].children[c]];
             if (child->parent != BD_NONE)
-                return bd_fault_set(reader->fault, BD_ERR_BAD_INPUT,
-                                    bd_gltf_path("nodes[%u].children[%u]", i, c).text,
-                                    "node %d has a parent already, node %d",
-                                    doc->nodes[i].children[c], child->parent);
+                return bd_err_set(reader->detail, BD_ERR_BAD_INPUT,
+                                  bd_gltf_path("nodes[%u].children[%u]", i, c).text,
+                                  "node %d has a parent already, node %d",
+                                  doc->nodes[i].children[c], child->parent);
             child->parent = (int32_t)i;
         }
     uint32_t looping = 0;
     if (bd_scene_parents_are_a_forest(scene, &looping)) return BD_ERR_OK;
-    return bd_fault_set(reader->fault, BD_ERR_BAD_INPUT, bd_gltf_path("nodes[%u]", looping).text,
-                        "is among its own ancestors");
+    return bd_err_set(reader->detail, BD_ERR_BAD_INPUT, bd_gltf_path("nodes[%u]", looping).text,
+                      "is among its own ancestors");
 }
 
 // What no scene lists is hidden, and with it all below.
@@ -139,9 +139,9 @@ static enum bd_err show_scene(struct bd_gltf_reader *reader, uint32_t s)
     for (uint32_t i = 0; i < in->node_count; i++) {
         struct bd_node *root = &scene->nodes[in->nodes[i]];
         if (root->parent != BD_NONE)
-            return bd_fault_set(reader->fault, BD_ERR_BAD_INPUT,
-                                bd_gltf_path("scenes[%u].nodes[%u]", s, i).text,
-                                "node %d is not a root node", in->nodes[i]);
+            return bd_err_set(reader->detail, BD_ERR_BAD_INPUT,
+                              bd_gltf_path("scenes[%u].nodes[%u]", s, i).text,
+                              "node %d is not a root node", in->nodes[i]);
         root->is_hidden = nodes[in->nodes[i]].is_hidden;
     }
     return BD_ERR_OK;

@@ -74,8 +74,8 @@ static enum bd_err find_encoded(struct bd_gltf_reader *reader, uint32_t i,
     const struct bd_import_file *file =
         bd_gltf_find_file(reader->files, reader->file_count, image->uri);
     if (!file)
-        return bd_fault_set(reader->fault, BD_ERR_BAD_INPUT, bd_gltf_path("images[%u].uri", i).text,
-                            "file \"%.200s\" is not among those given", image->uri);
+        return bd_err_set(reader->detail, BD_ERR_BAD_INPUT, bd_gltf_path("images[%u].uri", i).text,
+                          "file \"%.200s\" is not among those given", image->uri);
     out->bytes = file->bytes;
     out->size_bytes = file->size_bytes;
     return BD_ERR_OK;
@@ -111,7 +111,7 @@ static enum bd_err begin_decoding(struct bd_gltf_reader *reader)
     struct bd_scene *scene = reader->scene;
     struct bd_shrunk_pictures shrunk;
     enum bd_err err =
-        bd_picture_queue_begin(reader->pictures, reader->limits, &shrunk, reader->fault);
+        bd_picture_queue_begin(reader->pictures, reader->limits, &shrunk, reader->detail);
     if (err != BD_ERR_OK) return err;
     for (uint32_t i = 0; i < scene->picture_count; i++)
         bd_picture_queue_size(reader->pictures, i, &scene->pictures[i]->width_px,

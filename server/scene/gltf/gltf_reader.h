@@ -38,14 +38,14 @@ struct bd_gltf_reader {
     const struct bd_import_limits *limits;
     struct bd_picture_queue *pictures; // of the scene, in its order
     struct bd_scene *scene;
-    struct bd_fault *fault;
+    struct bd_err_detail *detail;
     struct bd_gltf_repairs repairs;
     uint64_t input_bytes;              // of all files
     uint64_t vertex_bytes_left;        // of limits->scene_bytes
     struct bd_gltf_uv_slots *uv_slots; // by material of the scene
 };
 
-// A JSON path for a fault: bd_gltf_path("meshes[%u].weights", i).text
+// A JSON path for an error: bd_gltf_path("meshes[%u].weights", i).text
 struct bd_gltf_path {
     char text[128];
 };

@@ -30,10 +30,10 @@ struct scan {
     uint64_t cost_left;
     uint64_t dataless_bytes; // of the largest buffer without data
     struct bd_gltf_text *out;
-    struct bd_fault *fault;
-    // The first fault that matters only if the file holds a scene: fragments without one are
+    struct bd_err_detail *detail;
+    // The first error that matters only if the file holds a scene: fragments without one are
     // legal with, say, a buffer that has no uri, and are told that they hold no scene.
-    struct bd_fault deferred;
+    struct bd_err_detail deferred;
 };
 
 static const struct bd_gltf_property unread = {.type = BD_GLTF_UNREAD};
@@ -63,7 +63,7 @@ static enum bd_err refuse(struct scan *scan, enum bd_err err, const char *messag
 {
     char path[128];
     write_path(scan, path, sizeof path);
-    return bd_fault_set(scan->fault, err, path, "%s", message);
+    return bd_err_set(scan->detail, err, path, "%s", message);
 }
 
 static enum bd_err defer(struct scan *scan, const char *message)
@@ -71,7 +71,7 @@ static enum bd_err defer(struct scan *scan, const char *message)
     char path[128];
     if (scan->deferred.err != BD_ERR_OK) return BD_ERR_OK;
     write_path(scan, path, sizeof path);
-    (void)bd_fault_set(&scan->deferred, BD_ERR_BAD_INPUT, path, "%s", message);
+    (void)bd_err_set(&scan->deferred, BD_ERR_BAD_INPUT, path, "%s", message);
     return BD_ERR_OK;
 }
 
@@ -79,8 +79,8 @@ static enum bd_err syntax(struct scan *scan, const char *message)
 {
     char path[128];
     write_path(scan, path, sizeof path);
-    return bd_fault_set(scan->fault, BD_ERR_BAD_INPUT, path, "invalid JSON at byte %zu: %s",
-                        scan->at, message);
+    return bd_err_set(scan->detail, BD_ERR_BAD_INPUT, path, "invalid JSON at byte %zu: %s",
+                      scan->at, message);
 }
 
 static char peek(struct scan *scan)
@@ -323,8 +323,8 @@ static void take_out(struct scan *scan, const struct bd_gltf_property *property,
 static enum bd_err open(struct scan *scan, const struct bd_gltf_property *property, bool is_array)
 {
     if (scan->depth == BD_GLTF_NESTING_MAX)
-        return bd_fault_set(scan->fault, BD_ERR_LIMIT, "", "JSON nested deeper than %d",
-                            BD_GLTF_NESTING_MAX);
+        return bd_err_set(scan->detail, BD_ERR_LIMIT, "", "JSON nested deeper than %d",
+                          BD_GLTF_NESTING_MAX);
     if (!is_array && property->type == BD_GLTF_OBJECT) {
         enum bd_err err = spend(scan, bd_gltf_rule(property->object)->cost_bytes);
         if (err != BD_ERR_OK) return err;
@@ -373,18 +373,18 @@ static bool has(const struct frame *frame, const char *key)
 }
 
 // Names the member that the innermost object lacks.
-static struct bd_fault missing(struct scan *scan, const char *key)
+static struct bd_err_detail missing(struct scan *scan, const char *key)
 {
     struct frame *frame = &scan->stack[scan->depth - 1];
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     char path[128], full[192];
     uint32_t count = frame->count;
     frame->count = 0; // the path of the object itself
     write_path(scan, path, sizeof path);
     frame->count = count;
     snprintf(full, sizeof full, "%s%s%s", path, path[0] ? "." : "", key);
-    (void)bd_fault_set(&fault, BD_ERR_BAD_INPUT, full, "is missing");
-    return fault;
+    (void)bd_err_set(&detail, BD_ERR_BAD_INPUT, full, "is missing");
+    return detail;
 }
 
 static void defer_missing(struct scan *scan, const char *key)
@@ -394,8 +394,8 @@ static void defer_missing(struct scan *scan, const char *key)
 
 static enum bd_err refuse_missing(struct scan *scan, const char *key)
 {
-    *scan->fault = missing(scan, key);
-    return scan->fault->err;
+    *scan->detail = missing(scan, key);
+    return scan->detail->err;
 }
 
 // The first buffer of a .glb is its BIN chunk. Elsewhere a buffer without uri is legal and means
@@ -537,15 +537,15 @@ static bool begins_with_mark(const char *text, size_t size)
     return size >= 3 && memcmp(text, "\xef\xbb\xbf", 3) == 0;
 }
 
-static enum bd_err check_utf8(const char *text, size_t size, struct bd_fault *fault)
+static enum bd_err check_utf8(const char *text, size_t size, struct bd_err_detail *detail)
 {
     if (begins_with_mark(text, size))
-        return bd_fault_set(fault, BD_ERR_BAD_INPUT, "", "JSON begins with a byte order mark");
+        return bd_err_set(detail, BD_ERR_BAD_INPUT, "", "JSON begins with a byte order mark");
     for (size_t i = 0; i < size;) {
         size_t length = utf8_bytes((const uint8_t *)text + i, size - i);
         if (length == 0)
-            return bd_fault_set(fault, BD_ERR_BAD_INPUT, "",
-                                "invalid UTF-8 at byte %zu of the JSON", i);
+            return bd_err_set(detail, BD_ERR_BAD_INPUT, "", "invalid UTF-8 at byte %zu of the JSON",
+                              i);
         i += length;
     }
     return BD_ERR_OK;
@@ -558,38 +558,38 @@ static enum bd_err scan_json(struct scan *scan)
     if (err == BD_ERR_OK && (peek(scan) || scan->at < scan->size))
         err = syntax(scan, "text after the document");
     if (err == BD_ERR_OK && scan->out->has_scene && scan->deferred.err != BD_ERR_OK) {
-        *scan->fault = scan->deferred;
+        *scan->detail = scan->deferred;
         err = scan->deferred.err;
     }
     return err;
 }
 
 enum bd_err bd_gltf_scan(const void *bytes, size_t size, struct bd_gltf_text *out,
-                         struct bd_fault *fault)
+                         struct bd_err_detail *detail)
 {
     struct bd_gltf_json_range json;
     *out = (struct bd_gltf_text){.size = size};
-    if (size == 0) return bd_fault_set(fault, BD_ERR_BAD_INPUT, "", "the file is empty");
+    if (size == 0) return bd_err_set(detail, BD_ERR_BAD_INPUT, "", "the file is empty");
     out->bytes = malloc(size);
-    if (!out->bytes) return bd_fault_set(fault, BD_ERR_NO_MEMORY, "", "no memory for the file");
+    if (!out->bytes) return bd_err_set(detail, BD_ERR_NO_MEMORY, "", "no memory for the file");
     memcpy(out->bytes, bytes, size);
-    enum bd_err err = bd_gltf_open_container(out, &json, fault);
+    enum bd_err err = bd_gltf_open_container(out, &json, detail);
     if (err != BD_ERR_OK) return err;
     struct scan scan = {.text = (char *)out->bytes + json.offset,
                         .size = json.size_bytes,
                         .is_glb = out->is_glb,
                         .cost_left = (64u << 20) + 128 * (uint64_t)json.size_bytes,
                         .out = out,
-                        .fault = fault};
+                        .detail = detail};
     if (peek(&scan) != '{' && !begins_with_mark(scan.text, scan.size))
-        return bd_fault_set(fault, BD_ERR_BAD_INPUT, "",
-                            scan.is_glb ? "the JSON chunk holds no object"
-                                        : "neither a .glb nor a JSON document");
-    err = check_utf8(scan.text, scan.size, fault);
+        return bd_err_set(detail, BD_ERR_BAD_INPUT, "",
+                          scan.is_glb ? "the JSON chunk holds no object"
+                                      : "neither a .glb nor a JSON document");
+    err = check_utf8(scan.text, scan.size, detail);
     if (err == BD_ERR_OK) err = scan_json(&scan);
     out->is_scanned = err == BD_ERR_OK;
     if (err == BD_ERR_OK && out->dataless_buffer_count > 0)
-        err = bd_gltf_wrap(out, scan.dataless_bytes, fault);
+        err = bd_gltf_wrap(out, scan.dataless_bytes, detail);
     return err;
 }
 

@@ -32,7 +32,7 @@ struct bd_gltf_text {
 
 BD_MUST_CHECK
 enum bd_err bd_gltf_scan(const void *bytes, size_t size, struct bd_gltf_text *out,
-                         struct bd_fault *fault);
+                         struct bd_err_detail *detail);
 void bd_gltf_text_free(struct bd_gltf_text *text);
 
 #endif

@@ -520,7 +520,8 @@ std::string bad_indices(const tinygltf::Model &model)
 
 // tinygltf does not say where it stopped; but it reads one array after the other, so what it has
 // got tells what it was at.
-enum bd_err refused(const tinygltf::Model &model, const std::string &error, struct bd_fault *fault)
+enum bd_err refused(const tinygltf::Model &model, const std::string &error,
+                    struct bd_err_detail *detail)
 {
     std::string path;
     bool before_nodes = model.nodes.empty() && model.scenes.empty() && model.materials.empty();
@@ -531,8 +532,8 @@ enum bd_err refused(const tinygltf::Model &model, const std::string &error, stru
         path = bad_indices(model);
     else if (model.textures.empty() && model.skins.empty() && model.cameras.empty())
         path = at("images", model.images.size(), "");
-    return bd_fault_set(fault, BD_ERR_BAD_INPUT, path.c_str(), "%s",
-                        error.substr(0, error.find('\n')).c_str());
+    return bd_err_set(detail, BD_ERR_BAD_INPUT, path.c_str(), "%s",
+                      error.substr(0, error.find('\n')).c_str());
 }
 
 const tinygltf::Material &material_of(const bd_gltf_document *document, uint32_t i)
@@ -600,24 +601,24 @@ const struct bd_import_file *bd_gltf_find_file(const struct bd_import_file *file
 
 enum bd_err bd_gltf_parse(const uint8_t *bytes, size_t size, bool is_glb,
                           const struct bd_import_file *files, uint32_t file_count,
-                          struct bd_gltf_document **out, struct bd_fault *fault)
+                          struct bd_gltf_document **out, struct bd_err_detail *detail)
 {
     *out = nullptr;
     if (size > std::numeric_limits<unsigned int>::max())
-        return bd_fault_set(fault, BD_ERR_LIMIT, "", "file of %zu bytes, limit 4 GiB", size);
+        return bd_err_set(detail, BD_ERR_LIMIT, "", "file of %zu bytes, limit 4 GiB", size);
     try {
         auto doc = std::make_unique<Document>();
         FileTable table = {files, file_count, read_budget_bytes(files, file_count)};
         std::string error;
         if (!load(doc.get(), bytes, size, is_glb, &table, &error))
-            return refused(doc->model, error, fault);
+            return refused(doc->model, error, detail);
         copy_model(doc.get());
         *out = doc.release();
         return BD_ERR_OK;
     } catch (const std::bad_alloc &) {
-        return bd_fault_set(fault, BD_ERR_NO_MEMORY, "", "no memory to parse the document");
+        return bd_err_set(detail, BD_ERR_NO_MEMORY, "", "no memory to parse the document");
     } catch (const std::exception &exception) {
-        return bd_fault_set(fault, BD_ERR_BAD_INPUT, "", "%s", exception.what());
+        return bd_err_set(detail, BD_ERR_BAD_INPUT, "", "%s", exception.what());
     }
 }
 

@@ -184,7 +184,7 @@ const struct bd_import_file *bd_gltf_find_file(const struct bd_import_file *file
 BD_MUST_CHECK
 enum bd_err bd_gltf_parse(const uint8_t *bytes, size_t size, bool is_glb,
                           const struct bd_import_file *files, uint32_t file_count,
-                          struct bd_gltf_document **out, struct bd_fault *fault);
+                          struct bd_gltf_document **out, struct bd_err_detail *detail);
 void bd_gltf_document_destroy(struct bd_gltf_document **document);
 
 #ifdef __cplusplus

@@ -16,8 +16,8 @@ static enum bd_err check_range(struct bd_gltf_reader *reader, const char *path,
         bd_gltf_component_bytes(reader->doc->accessors[primitive->indices].component_type);
     for (uint64_t i = 0; i < count; i++) {
         if (list[i] < vertex_count) continue;
-        return bd_fault_set(
-            reader->fault, BD_ERR_BAD_INPUT, bd_gltf_path("%.100s.indices", path).text,
+        return bd_err_set(
+            reader->detail, BD_ERR_BAD_INPUT, bd_gltf_path("%.100s.indices", path).text,
             "index %llu is %u%s, there are %u vertices", (unsigned long long)i, list[i],
             list[i] == restart[bytes] ? " (primitive restart)" : "", vertex_count);
     }

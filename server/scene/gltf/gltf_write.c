@@ -81,7 +81,7 @@ static void write_root_extensions(struct bd_gltf_writer *writer)
 
 static enum bd_err no_memory(const struct bd_gltf_writer *writer)
 {
-    return bd_fault_set(writer->fault, BD_ERR_NO_MEMORY, "scene", "no memory for the export");
+    return bd_err_set(writer->detail, BD_ERR_NO_MEMORY, "scene", "no memory for the export");
 }
 
 static enum bd_err write_document(struct bd_gltf_writer *writer)
@@ -116,9 +116,9 @@ static enum bd_err check_size(const struct bd_gltf_writer *writer, uint64_t size
                               uint64_t bytes_max)
 {
     if (size_bytes <= bytes_max) return BD_ERR_OK;
-    return bd_fault_set(writer->fault, BD_ERR_LIMIT, "scene",
-                        "as a .glb the scene has %" PRIu64 " bytes, above the limit of %" PRIu64,
-                        size_bytes, bytes_max);
+    return bd_err_set(writer->detail, BD_ERR_LIMIT, "scene",
+                      "as a .glb the scene has %" PRIu64 " bytes, above the limit of %" PRIu64,
+                      size_bytes, bytes_max);
 }
 
 // Header, JSON chunk padded by spaces, binary chunk padded by zeros; without the latter where it
@@ -151,11 +151,11 @@ static enum bd_err assemble(const struct bd_gltf_writer *writer, uint64_t bytes_
 }
 
 enum bd_err bd_gltf_write(const struct bd_scene *scene, uint64_t bytes_max, struct bd_bytes *out,
-                          struct bd_scene_flags *notes, struct bd_fault *fault)
+                          struct bd_scene_flags *notes, struct bd_err_detail *detail)
 {
     BD_ASSERT(bd_scene_is_finished(scene));
     BD_ASSERT_CMP(bytes_max, <=, (uint64_t)BD_GLB_BYTES_MAX);
-    struct bd_gltf_writer writer = {.scene = scene, .fault = fault, .notes = notes};
+    struct bd_gltf_writer writer = {.scene = scene, .detail = detail, .notes = notes};
     enum bd_err err = write_document(&writer);
     if (err == BD_ERR_OK) err = assemble(&writer, bytes_max, out);
     if (err == BD_ERR_OK) write_notes(&writer);

@@ -26,6 +26,6 @@
 // BD_GLB_BYTES_MAX); BD_ERR_NO_MEMORY.
 BD_MUST_CHECK
 enum bd_err bd_gltf_write(const struct bd_scene *scene, uint64_t bytes_max, struct bd_bytes *out,
-                          struct bd_scene_flags *notes, struct bd_fault *fault);
+                          struct bd_scene_flags *notes, struct bd_err_detail *detail);
 
 #endif

@@ -86,7 +86,7 @@ struct bd_gltf_numbers {
 
 struct bd_gltf_writer {
     const struct bd_scene *scene;
-    struct bd_fault *fault;
+    struct bd_err_detail *detail;
     struct bd_scene_flags *notes;
     struct bd_scene_counts slots;   // of the scene
     struct bd_gltf_numbers numbers; // pictures: once the materials are known

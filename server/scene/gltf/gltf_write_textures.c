@@ -84,7 +84,7 @@ static uint8_t *without_alpha(const struct bd_picture *picture, size_t texels)
 }
 
 static enum bd_err encode(const struct bd_picture *picture, struct bd_bytes *out,
-                          struct bd_fault *fault)
+                          struct bd_err_detail *detail)
 {
     static const struct bd_manifest no_manifest;
     const size_t texels = (size_t)picture->width_px * picture->height_px;
@@ -92,11 +92,11 @@ static enum bd_err encode(const struct bd_picture *picture, struct bd_bytes *out
     uint8_t *rgb = NULL;
     if (is_opaque(picture, texels)) {
         rgb = without_alpha(picture, texels);
-        if (!rgb) return bd_fault_set(fault, BD_ERR_NO_MEMORY, "images", "no memory for a picture");
+        if (!rgb) return bd_err_set(detail, BD_ERR_NO_MEMORY, "images", "no memory for a picture");
         pixels.channel_count = 3;
         pixels.samples = rgb;
     }
-    enum bd_err err = bd_png_encode(&pixels, &no_manifest, out, fault);
+    enum bd_err err = bd_png_encode(&pixels, &no_manifest, out, detail);
     free(rgb);
     return err;
 }
@@ -104,13 +104,13 @@ static enum bd_err encode(const struct bd_picture *picture, struct bd_bytes *out
 static enum bd_err write_picture(struct bd_gltf_writer *writer, const struct bd_picture *picture)
 {
     struct bd_bytes png = {0};
-    enum bd_err err = encode(picture, &png, writer->fault);
+    enum bd_err err = encode(picture, &png, writer->detail);
     if (err != BD_ERR_OK) return err;
     const struct bd_gltf_out_view view = {
         .bytes = png.data, .own = png.data, .size_bytes = png.size_bytes};
     int32_t at = bd_gltf_add_view(writer, &view);
     if (at == BD_NONE)
-        return bd_fault_set(writer->fault, BD_ERR_NO_MEMORY, "images", "no memory for a picture");
+        return bd_err_set(writer->detail, BD_ERR_NO_MEMORY, "images", "no memory for a picture");
     bd_gltf_json_open(&writer->json, NULL, '{');
     bd_gltf_json_uint(&writer->json, "bufferView", (uint64_t)at);
     bd_gltf_json_text(&writer->json, "mimeType", "image/png");

@@ -22,7 +22,7 @@ struct job {
     uint32_t width_px, height_px; // of the result
     enum state state;
     enum bd_err err;
-    struct bd_fault *fault; // where `err` is one
+    struct bd_err_detail *detail; // where `err` is one
     uint8_t *rgba;
 };
 
@@ -59,7 +59,7 @@ static bool is_shrunk(const struct job *job)
     return job->width_px != job->from.width_px || job->height_px != job->from.height_px;
 }
 
-static enum bd_err shrink(struct job *job, struct bd_fault *fault)
+static enum bd_err shrink(struct job *job, struct bd_err_detail *detail)
 {
     const struct bd_texels from = {job->from.width_px, job->from.height_px, job->rgba};
     const struct bd_texels to = {job->width_px, job->height_px,
@@ -68,25 +68,25 @@ static enum bd_err shrink(struct job *job, struct bd_fault *fault)
     free(from.rgba);
     job->rgba = to.rgba;
     if (done) return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_NO_MEMORY, path_of(&job->encoded).text,
-                        "the import needs more memory than its limit");
+    return bd_err_set(detail, BD_ERR_NO_MEMORY, path_of(&job->encoded).text,
+                      "the import needs more memory than its limit");
 }
 
 static void decode(const struct bd_picture_queue *queue, struct job *job)
 {
     const struct bd_decode_limits limits = {queue->side_max_px, UINT64_MAX};
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     uint32_t width_px, height_px;
     job->err =
         bd_picture_decode(job->encoded.bytes, job->encoded.size_bytes, &limits,
-                          path_of(&job->encoded).text, &width_px, &height_px, &job->rgba, &fault);
+                          path_of(&job->encoded).text, &width_px, &height_px, &job->rgba, &detail);
     if (!job->err) BD_ASSERT(width_px == job->from.width_px && height_px == job->from.height_px);
-    if (!job->err && is_shrunk(job)) job->err = shrink(job, &fault);
+    if (!job->err && is_shrunk(job)) job->err = shrink(job, &detail);
     if (!job->err) return;
     free(job->rgba);
     job->rgba = NULL;
-    job->fault = malloc(sizeof *job->fault);
-    if (job->fault) *job->fault = fault;
+    job->detail = malloc(sizeof *job->detail);
+    if (job->detail) *job->detail = detail;
 }
 
 // --- whose turn -----------------------------------------------------------------------------
@@ -171,7 +171,7 @@ void bd_picture_queue_destroy(struct bd_picture_queue **address)
     for (uint32_t i = 0; i < queue->thread_count; i++) pthread_join(queue->threads[i], NULL);
     for (uint32_t i = 0; i < queue->count; i++) {
         free(queue->jobs[i].rgba);
-        free(queue->jobs[i].fault);
+        free(queue->jobs[i].detail);
     }
     free(queue->jobs);
     pthread_cond_destroy(&queue->changed);
@@ -200,14 +200,15 @@ static uint64_t texels_of(const struct job *job)
     return (uint64_t)job->width_px * job->height_px;
 }
 
-static enum bd_err measure(struct bd_picture_queue *queue, uint64_t *texels, struct bd_fault *fault)
+static enum bd_err measure(struct bd_picture_queue *queue, uint64_t *texels,
+                           struct bd_err_detail *detail)
 {
     *texels = 0;
     for (uint32_t i = 0; i < queue->count; i++) {
         struct job *job = &queue->jobs[i];
         enum bd_err err =
             bd_picture_measure(job->encoded.bytes, job->encoded.size_bytes, queue->side_max_px,
-                               path_of(&job->encoded).text, &job->from, fault);
+                               path_of(&job->encoded).text, &job->from, detail);
         if (err) return err;
         job->width_px = job->from.width_px;
         job->height_px = job->from.height_px;
@@ -250,34 +251,34 @@ static uint64_t fit(struct bd_picture_queue *queue, uint64_t texels, uint64_t mo
 }
 
 static enum bd_err check_texels(const struct bd_picture_queue *queue, uint64_t most,
-                                struct bd_fault *fault)
+                                struct bd_err_detail *detail)
 {
     uint64_t texels = 0;
     for (uint32_t i = 0; i < queue->count; i++) {
         texels += texels_of(&queue->jobs[i]);
         if (texels > most)
-            return bd_fault_set(fault, BD_ERR_LIMIT, path_of(&queue->jobs[i].encoded).text,
-                                "pictures together have more than %llu texels",
-                                (unsigned long long)most);
+            return bd_err_set(detail, BD_ERR_LIMIT, path_of(&queue->jobs[i].encoded).text,
+                              "pictures together have more than %llu texels",
+                              (unsigned long long)most);
     }
     return BD_ERR_OK;
 }
 
 enum bd_err bd_picture_queue_begin(struct bd_picture_queue *queue,
                                    const struct bd_import_limits *limits,
-                                   struct bd_shrunk_pictures *shrunk, struct bd_fault *fault)
+                                   struct bd_shrunk_pictures *shrunk, struct bd_err_detail *detail)
 {
     const uint64_t share = limits->memory_bytes / WINDOW_SHARE;
     *shrunk = (struct bd_shrunk_pictures){0};
     queue->side_max_px = limits->picture_side_px;
-    enum bd_err err = measure(queue, &shrunk->texels_before, fault);
+    enum bd_err err = measure(queue, &shrunk->texels_before, detail);
     if (err) return err;
     shrunk->texels_after = fit(queue, shrunk->texels_before, limits->picture_texels_kept);
     for (uint32_t i = 0; i < queue->count; i++) shrunk->count += is_shrunk(&queue->jobs[i]);
     const uint64_t most = limits->picture_texels < limits->picture_texels_kept
                               ? limits->picture_texels
                               : limits->picture_texels_kept;
-    err = check_texels(queue, most, fault);
+    err = check_texels(queue, most, detail);
     if (err) return err;
     pthread_mutex_lock(&queue->lock);
     queue->window_bytes = share < WINDOW_BYTES ? share : WINDOW_BYTES;
@@ -297,16 +298,16 @@ void bd_picture_queue_size(const struct bd_picture_queue *queue, uint32_t index,
 
 // --- out ------------------------------------------------------------------------------------
 
-static enum bd_err tell(const struct job *job, struct bd_fault *fault)
+static enum bd_err tell(const struct job *job, struct bd_err_detail *detail)
 {
-    if (fault && job->fault) *fault = *job->fault;
-    if (!job->fault)
-        return bd_fault_set(fault, job->err, path_of(&job->encoded).text, "cannot be decoded");
+    if (detail && job->detail) *detail = *job->detail;
+    if (!job->detail)
+        return bd_err_set(detail, job->err, path_of(&job->encoded).text, "cannot be decoded");
     return job->err;
 }
 
 enum bd_err bd_picture_queue_take(struct bd_picture_queue *queue, uint8_t **rgba,
-                                  struct bd_fault *fault)
+                                  struct bd_err_detail *detail)
 {
     pthread_mutex_lock(&queue->lock);
     BD_ASSERT_CMP(queue->taken, <, queue->count);
@@ -325,5 +326,5 @@ enum bd_err bd_picture_queue_take(struct bd_picture_queue *queue, uint8_t **rgba
     job->rgba = NULL;
     pthread_cond_broadcast(&queue->changed);
     pthread_mutex_unlock(&queue->lock);
-    return job->err ? tell(job, fault) : BD_ERR_OK;
+    return job->err ? tell(job, detail) : BD_ERR_OK;
 }

@@ -32,7 +32,7 @@ struct bd_encoded_picture {
     const void *bytes; // borrowed until the queue is destroyed
     size_t size_bytes;
     enum bd_texel_kind kind;
-    uint32_t image;  // for faults: images[image]
+    uint32_t image;  // for errors: images[image]
     bool is_in_view; // .bufferView, not .uri
 };
 
@@ -52,16 +52,16 @@ struct bd_shrunk_pictures {
 BD_MUST_CHECK
 enum bd_err bd_picture_queue_begin(struct bd_picture_queue *queue,
                                    const struct bd_import_limits *limits,
-                                   struct bd_shrunk_pictures *shrunk, struct bd_fault *fault);
+                                   struct bd_shrunk_pictures *shrunk, struct bd_err_detail *detail);
 
 // The size that picture `index` will have.
 void bd_picture_queue_size(const struct bd_picture_queue *queue, uint32_t index, uint32_t *width_px,
                            uint32_t *height_px);
 
-// The next picture's texels, the caller's to free; as many calls as pictures were added. The fault
-// of the first picture that has one is the fault of all.
+// The next picture's texels, the caller's to free; as many calls as pictures were added. The error
+// of the first picture that has one is the error of all.
 BD_MUST_CHECK
 enum bd_err bd_picture_queue_take(struct bd_picture_queue *queue, uint8_t **rgba,
-                                  struct bd_fault *fault);
+                                  struct bd_err_detail *detail);
 
 #endif

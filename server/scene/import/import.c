@@ -31,24 +31,24 @@ const struct bd_import_limits bd_import_default_limits = {
 // One question and what came of it.
 struct asking {
     const char *file;  // for messages
-    const char *field; // for faults that are the whole file's
+    const char *field; // for errors that are the whole file's
     const struct bd_import_limits *limits;
     struct bd_import_answer *answer;
     struct bd_import_end end;
-    struct bd_fault *fault;
+    struct bd_err_detail *detail;
 };
 
 // --- why there is no answer -----------------------------------------------------------------
 
-static enum bd_err fault_from_child(const struct asking *asking)
+static enum bd_err err_from_child(const struct asking *asking)
 {
-    const struct bd_fault *told = &asking->answer->fault;
+    const struct bd_err_detail *told = &asking->answer->detail;
     // The child runs out of what it was given long before the machine does.
     if (told->err == BD_ERR_NO_MEMORY)
-        return bd_fault_set(
-            asking->fault, BD_ERR_LIMIT, told->field, "import limited to %llu MiB: %s",
-            (unsigned long long)(asking->limits->memory_bytes >> 20), told->message);
-    return bd_fault_set(asking->fault, told->err, told->field, "%s", told->message);
+        return bd_err_set(asking->detail, BD_ERR_LIMIT, told->field,
+                          "import limited to %llu MiB: %s",
+                          (unsigned long long)(asking->limits->memory_bytes >> 20), told->message);
+    return bd_err_set(asking->detail, told->err, told->field, "%s", told->message);
 }
 
 // Signals by which a program ends itself: the bytes led it there.
@@ -60,22 +60,22 @@ static bool is_crash(int number)
 
 // The kernel ends whoever passes the hard limit of processor time by the same signal as one who has
 // taken the last memory; the time that was used tells them apart.
-static enum bd_err fault_from_signal(const struct asking *asking, int number)
+static enum bd_err err_from_signal(const struct asking *asking, int number)
 {
     const uint32_t cpu_seconds = asking->limits->cpu_seconds;
     const bool had_its_time = number == SIGKILL && asking->end.cpu_seconds >= cpu_seconds;
     if (number == SIGXCPU || had_its_time)
-        return bd_fault_set(asking->fault, BD_ERR_LIMIT, asking->field,
-                            "%.200s: import used more than %u s of processor time", asking->file,
-                            cpu_seconds);
+        return bd_err_set(asking->detail, BD_ERR_LIMIT, asking->field,
+                          "%.200s: import used more than %u s of processor time", asking->file,
+                          cpu_seconds);
     if (is_crash(number))
-        return bd_fault_set(asking->fault, BD_ERR_BAD_INPUT, asking->field,
-                            "%.200s: import died of signal %d (%s)", asking->file, number,
-                            strsignal(number));
-    return bd_fault_set(asking->fault, BD_ERR_NO_MEMORY, asking->field,
-                        "%.200s: the import was killed by signal %d%s; nothing says that the file "
-                        "is at fault",
-                        asking->file, number, number == SIGKILL ? " (out of memory?)" : "");
+        return bd_err_set(asking->detail, BD_ERR_BAD_INPUT, asking->field,
+                          "%.200s: import died of signal %d (%s)", asking->file, number,
+                          strsignal(number));
+    return bd_err_set(asking->detail, BD_ERR_NO_MEMORY, asking->field,
+                      "%.200s: the import was killed by signal %d%s; nothing says that the file "
+                      "is at fault",
+                      asking->file, number, number == SIGKILL ? " (out of memory?)" : "");
 }
 
 // It ended before it had looked at a file.
@@ -87,35 +87,35 @@ static bool never_began(int status)
 }
 
 // Without an answer to its end, or without an end that fits it.
-static enum bd_err fault_from_death(const struct asking *asking)
+static enum bd_err err_from_death(const struct asking *asking)
 {
     const enum bd_import_verdict verdict = asking->answer->verdict;
     const int status = asking->end.status;
     if (verdict == BD_IMPORT_LATE || asking->end.was_late)
-        return bd_fault_set(asking->fault, BD_ERR_LIMIT, asking->field,
-                            "%.200s: import took longer than %u s", asking->file,
-                            asking->limits->wall_seconds);
+        return bd_err_set(asking->detail, BD_ERR_LIMIT, asking->field,
+                          "%.200s: import took longer than %u s", asking->file,
+                          asking->limits->wall_seconds);
     if (verdict == BD_IMPORT_LONG)
-        return bd_fault_set(asking->fault, BD_ERR_LIMIT, asking->field,
-                            "%.200s: scene larger than %llu bytes", asking->file,
-                            (unsigned long long)asking->limits->scene_bytes);
+        return bd_err_set(asking->detail, BD_ERR_LIMIT, asking->field,
+                          "%.200s: scene larger than %llu bytes", asking->file,
+                          (unsigned long long)asking->limits->scene_bytes);
     if (verdict != BD_IMPORT_DAMAGED && WIFSIGNALED(status))
-        return fault_from_signal(asking, WTERMSIG(status));
+        return err_from_signal(asking, WTERMSIG(status));
     if (never_began(status))
-        return bd_fault_set(asking->fault, BD_ERR_INTERNAL, asking->field,
-                            "%.200s: the import could not begin (status %d); nothing says that "
-                            "the file is at fault",
-                            asking->file, WEXITSTATUS(status));
+        return bd_err_set(asking->detail, BD_ERR_INTERNAL, asking->field,
+                          "%.200s: the import could not begin (status %d); nothing says that "
+                          "the file is at fault",
+                          asking->file, WEXITSTATUS(status));
     if (asking->answer->has_body || verdict == BD_IMPORT_DAMAGED)
-        return bd_fault_set(asking->fault, BD_ERR_BAD_INPUT, asking->field,
-                            "%.200s: import gave no answer (a damaged answer, status %d)",
-                            asking->file, WEXITSTATUS(status));
-    return bd_fault_set(asking->fault, BD_ERR_BAD_INPUT, asking->field,
-                        "%.200s: import gave no answer (status %d)", asking->file,
-                        WEXITSTATUS(status));
+        return bd_err_set(asking->detail, BD_ERR_BAD_INPUT, asking->field,
+                          "%.200s: import gave no answer (a damaged answer, status %d)",
+                          asking->file, WEXITSTATUS(status));
+    return bd_err_set(asking->detail, BD_ERR_BAD_INPUT, asking->field,
+                      "%.200s: import gave no answer (status %d)", asking->file,
+                      WEXITSTATUS(status));
 }
 
-// `read` is what the reader of the body made of it, with its fault in place.
+// `read` is what the reader of the body made of it, with its error in place.
 static enum bd_err judge(const struct asking *asking, enum bd_err read)
 {
     const bool is_clean = WIFEXITED(asking->end.status) && WEXITSTATUS(asking->end.status) == 0 &&
@@ -125,7 +125,7 @@ static enum bd_err judge(const struct asking *asking, enum bd_err read)
         if (is_clean) return read;
         break;
     case BD_IMPORT_REFUSED:
-        if (is_clean) return fault_from_child(asking);
+        if (is_clean) return err_from_child(asking);
         break;
     case BD_IMPORT_OPEN:
         return read;
@@ -137,37 +137,38 @@ static enum bd_err judge(const struct asking *asking, enum bd_err read)
     case BD_IMPORT_LONG:
         break;
     }
-    return fault_from_death(asking);
+    return err_from_death(asking);
 }
 
 // --- asking ---------------------------------------------------------------------------------
 
 // Reads a body; on failure it leaves nothing behind.
 typedef enum bd_err (*read_body)(void *user, struct bd_import_answer *answer, uint64_t most_bytes,
-                                 struct bd_fault *fault);
+                                 struct bd_err_detail *detail);
 
 // `is_void`: the child had ended before it knew of a question.
 static enum bd_err ask_child(struct bd_import_child *child,
                              const struct bd_import_question *question,
                              const struct bd_import_file *files, uint64_t most_bytes,
-                             read_body read, void *user, bool *is_void, struct bd_fault *fault)
+                             read_body read, void *user, bool *is_void,
+                             struct bd_err_detail *detail)
 {
     struct asking asking = {.file = files[0].uri,
                             .field = question->kind == BD_IMPORT_SCENE ? "" : files[0].uri,
                             .limits = &question->limits,
-                            .fault = fault};
+                            .detail = detail};
     const uint64_t start_ns = bd_clock_ns();
     if (!bd_import_child_ask(child, question, files)) {
         const int code = errno;
         bd_import_child_reap(child, true, start_ns, question->limits.wall_seconds, &asking.end);
-        return bd_fault_set(fault, BD_ERR_NO_MEMORY, "", "no memory to hand over the files: %s",
-                            strerror(code));
+        return bd_err_set(detail, BD_ERR_NO_MEMORY, "", "no memory to hand over the files: %s",
+                          strerror(code));
     }
     asking.answer = malloc(sizeof *asking.answer);
     BD_ASSERT(asking.answer);
     bd_import_answer_begin(asking.answer, child->answer, start_ns, question->limits.wall_seconds,
                            most_bytes);
-    enum bd_err err = read(user, asking.answer, most_bytes, fault);
+    enum bd_err err = read(user, asking.answer, most_bytes, detail);
     if (!err) bd_import_answer_end(asking.answer);
     // How a child ended whose pipe is at its end tells why; others may still have much to say.
     const enum bd_import_verdict verdict = asking.answer->verdict;
@@ -183,7 +184,7 @@ static enum bd_err ask_child(struct bd_import_child *child,
 static enum bd_err ask(struct bd_import_pool *pool, enum bd_import_kind kind,
                        const struct bd_import_file *files, uint32_t file_count,
                        const struct bd_import_limits *limits, uint64_t most_bytes, read_body read,
-                       void *user, struct bd_fault *fault)
+                       void *user, struct bd_err_detail *detail)
 {
     const struct bd_import_question question = {.magic = BD_IMPORT_QUESTION_MAGIC,
                                                 .kind = kind,
@@ -193,9 +194,9 @@ static enum bd_err ask(struct bd_import_pool *pool, enum bd_import_kind kind,
     for (;;) {
         struct bd_import_child child;
         bool is_void = false;
-        enum bd_err err = bd_import_child_take(pool, kind != BD_IMPORT_SCENE, &child, fault);
+        enum bd_err err = bd_import_child_take(pool, kind != BD_IMPORT_SCENE, &child, detail);
         if (err) return err;
-        err = ask_child(&child, &question, files, most_bytes, read, user, &is_void, fault);
+        err = ask_child(&child, &question, files, most_bytes, read, user, &is_void, detail);
         if (!is_void || !child.is_spare) return err;
     }
 }
@@ -203,10 +204,10 @@ static enum bd_err ask(struct bd_import_pool *pool, enum bd_import_kind kind,
 // --- scenes ---------------------------------------------------------------------------------
 
 static enum bd_err read_scene(void *user, struct bd_import_answer *answer, uint64_t most_bytes,
-                              struct bd_fault *fault)
+                              struct bd_err_detail *detail)
 {
     return bd_flat_receive(bd_import_answer_body, answer, most_bytes, (struct bd_scene **)user,
-                           fault);
+                           detail);
 }
 
 static void set_environment(struct bd_scene *scene, const struct bd_environment *environment)
@@ -217,15 +218,15 @@ static void set_environment(struct bd_scene *scene, const struct bd_environment 
 }
 
 static enum bd_err finish(struct bd_scene *scene, const struct bd_import_limits *limits,
-                          const struct bd_environment *environment, struct bd_fault *fault)
+                          const struct bd_environment *environment, struct bd_err_detail *detail)
 {
     if (environment) set_environment(scene, environment);
     bd_scene_set_hash(scene);
-    enum bd_err err = bd_scene_finish(scene, fault);
+    enum bd_err err = bd_scene_finish(scene, detail);
     if (err == BD_ERR_OK && scene->features.triangle_count > limits->triangle_count)
-        err = bd_fault_set(fault, BD_ERR_LIMIT, "scene", "%llu triangles, limit %llu",
-                           (unsigned long long)scene->features.triangle_count,
-                           (unsigned long long)limits->triangle_count);
+        err = bd_err_set(detail, BD_ERR_LIMIT, "scene", "%llu triangles, limit %llu",
+                         (unsigned long long)scene->features.triangle_count,
+                         (unsigned long long)limits->triangle_count);
     return err;
 }
 
@@ -236,23 +237,23 @@ static uint64_t least(uint64_t a, uint64_t b)
 
 enum bd_err bd_import(struct bd_import_pool *pool, const struct bd_import_file *files,
                       uint32_t file_count, const struct bd_import_limits *limits,
-                      struct bd_scene **out, struct bd_fault *fault)
+                      struct bd_scene **out, struct bd_err_detail *detail)
 {
-    return bd_import_under(pool, files, file_count, limits, NULL, out, fault);
+    return bd_import_under(pool, files, file_count, limits, NULL, out, detail);
 }
 
 enum bd_err bd_import_under(struct bd_import_pool *pool, const struct bd_import_file *files,
                             uint32_t file_count, const struct bd_import_limits *limits,
                             const struct bd_environment *environment, struct bd_scene **out,
-                            struct bd_fault *fault)
+                            struct bd_err_detail *detail)
 {
     const uint64_t texels = least(limits->picture_texels, limits->picture_texels_kept);
     const uint64_t most_bytes = limits->scene_bytes + 4 * texels + BODY_EXTRA_BYTES;
     struct bd_scene *scene = NULL;
     *out = NULL;
     enum bd_err err = ask(pool, BD_IMPORT_SCENE, files, file_count, limits, most_bytes, read_scene,
-                          &scene, fault);
-    if (!err) err = finish(scene, limits, environment, fault);
+                          &scene, detail);
+    if (!err) err = finish(scene, limits, environment, detail);
     if (err)
         bd_scene_release(&scene);
     else
@@ -263,21 +264,21 @@ enum bd_err bd_import_under(struct bd_import_pool *pool, const struct bd_import_
 // --- pictures and skies ---------------------------------------------------------------------
 
 static enum bd_err read_picture(void *user, struct bd_import_answer *answer, uint64_t most_bytes,
-                                struct bd_fault *fault)
+                                struct bd_err_detail *detail)
 {
     return bd_content_receive(BD_CONTENT_PICTURE, bd_import_answer_body, answer, most_bytes, user,
-                              fault);
+                              detail);
 }
 
 enum bd_err bd_import_picture(struct bd_import_pool *pool, const struct bd_import_file *file,
                               const struct bd_import_limits *limits, struct bd_picture **out,
-                              struct bd_fault *fault)
+                              struct bd_err_detail *detail)
 {
     const uint64_t most_bytes = 4 * limits->picture_texels + BODY_EXTRA_BYTES;
     struct bd_content content = {.kind = BD_CONTENT_PICTURE};
     *out = NULL;
     enum bd_err err =
-        ask(pool, BD_IMPORT_PICTURE, file, 1, limits, most_bytes, read_picture, &content, fault);
+        ask(pool, BD_IMPORT_PICTURE, file, 1, limits, most_bytes, read_picture, &content, detail);
     if (err)
         bd_content_release(&content);
     else
@@ -291,18 +292,18 @@ struct sky {
 };
 
 static enum bd_err read_sky_map(void *user, struct bd_import_answer *answer, uint64_t most_bytes,
-                                struct bd_fault *fault)
+                                struct bd_err_detail *detail)
 {
     struct sky *sky = user;
     if (!bd_import_answer_body(answer, &sky->negative_count, sizeof sky->negative_count))
-        return bd_fault_set(fault, BD_ERR_BAD_INPUT, "", "content is damaged");
+        return bd_err_set(detail, BD_ERR_BAD_INPUT, "", "content is damaged");
     return bd_content_receive(BD_CONTENT_SKY_MAP, bd_import_answer_body, answer, most_bytes,
-                              &sky->content, fault);
+                              &sky->content, detail);
 }
 
 enum bd_err bd_import_sky_map(struct bd_import_pool *pool, const struct bd_import_file *file,
                               const struct bd_import_limits *limits, struct bd_sky_map **out,
-                              uint64_t *negative_count, struct bd_fault *fault)
+                              uint64_t *negative_count, struct bd_err_detail *detail)
 {
     const uint64_t texel_bytes = 3 * sizeof(float);
     const uint64_t most_bytes =
@@ -310,7 +311,7 @@ enum bd_err bd_import_sky_map(struct bd_import_pool *pool, const struct bd_impor
     struct sky sky = {.content.kind = BD_CONTENT_SKY_MAP};
     *out = NULL;
     enum bd_err err =
-        ask(pool, BD_IMPORT_SKY_MAP, file, 1, limits, most_bytes, read_sky_map, &sky, fault);
+        ask(pool, BD_IMPORT_SKY_MAP, file, 1, limits, most_bytes, read_sky_map, &sky, detail);
     if (err) {
         bd_content_release(&sky.content);
         return err;

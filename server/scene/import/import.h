@@ -40,11 +40,11 @@ void bd_import_pool_destroy(struct bd_import_pool **pool);
 // message names the file.
 
 // Reads files[0], a .glb or .gltf, with the rest as what its uris mean. On success the caller owns
-// one reference to a finished scene. On failure `fault` names the JSON path or the limit.
+// one reference to a finished scene. On failure `detail` names the JSON path or the limit.
 BD_MUST_CHECK
 enum bd_err bd_import(struct bd_import_pool *pool, const struct bd_import_file *files,
                       uint32_t file_count, const struct bd_import_limits *limits,
-                      struct bd_scene **out, struct bd_fault *fault);
+                      struct bd_scene **out, struct bd_err_detail *detail);
 
 // The same under an environment (or NULL for none), which belongs to the snapshot and its hash; its
 // map gets a reference of the scene's own.
@@ -52,21 +52,21 @@ BD_MUST_CHECK
 enum bd_err bd_import_under(struct bd_import_pool *pool, const struct bd_import_file *files,
                             uint32_t file_count, const struct bd_import_limits *limits,
                             const struct bd_environment *environment, struct bd_scene **out,
-                            struct bd_fault *fault);
+                            struct bd_err_detail *detail);
 
-// A PNG or JPEG; its uri is the field that faults name. The caller owns a reference to a sealed
+// A PNG or JPEG; its uri is the field that errors name. The caller owns a reference to a sealed
 // picture of at most limits->picture_texels, never shrunk.
 BD_MUST_CHECK
 enum bd_err bd_import_picture(struct bd_import_pool *pool, const struct bd_import_file *file,
                               const struct bd_import_limits *limits, struct bd_picture **out,
-                              struct bd_fault *fault);
+                              struct bd_err_detail *detail);
 
-// An EXR or a Radiance picture, as bd_sky_map_read takes them, its uri the field that faults name. The caller owns a
-// reference to a sealed map; `negative_count` texels of it were raised to 0.
+// An EXR or a Radiance picture, as bd_sky_map_read takes them, its uri the field that errors name.
+// The caller owns a reference to a sealed map; `negative_count` texels of it were raised to 0.
 BD_MUST_CHECK
 enum bd_err bd_import_sky_map(struct bd_import_pool *pool, const struct bd_import_file *file,
                               const struct bd_import_limits *limits, struct bd_sky_map **out,
-                              uint64_t *negative_count, struct bd_fault *fault);
+                              uint64_t *negative_count, struct bd_err_detail *detail);
 
 // The child's whole life: `bounced --import` ends with this. Returns the exit status.
 int bd_import_child_main(int argc, char **argv);

@@ -72,14 +72,14 @@ static bool read_exactly(struct bd_import_answer *answer, void *bytes, size_t si
     return true;
 }
 
-static bool read_fault(struct bd_import_answer *answer, uint64_t size_bytes)
+static bool read_err(struct bd_import_answer *answer, uint64_t size_bytes)
 {
-    struct bd_fault *fault = &answer->fault;
-    if (size_bytes != sizeof *fault) return over(answer, BD_IMPORT_DAMAGED);
-    if (!read_exactly(answer, fault, sizeof *fault)) return false;
-    fault->field[sizeof fault->field - 1] = 0;
-    fault->message[sizeof fault->message - 1] = 0;
-    const unsigned err = (unsigned)fault->err;
+    struct bd_err_detail *detail = &answer->detail;
+    if (size_bytes != sizeof *detail) return over(answer, BD_IMPORT_DAMAGED);
+    if (!read_exactly(answer, detail, sizeof *detail)) return false;
+    detail->field[sizeof detail->field - 1] = 0;
+    detail->message[sizeof detail->message - 1] = 0;
+    const unsigned err = (unsigned)detail->err;
     const bool is_one = err != BD_ERR_OK && err < BD_ERR_COUNT;
     return over(answer, is_one ? BD_IMPORT_REFUSED : BD_IMPORT_DAMAGED);
 }
@@ -100,7 +100,7 @@ static bool next_piece(struct bd_import_answer *answer)
     case BD_IMPORT_END:
         return over(answer, piece.size_bytes ? BD_IMPORT_DAMAGED : BD_IMPORT_WHOLE);
     case BD_IMPORT_FAULT:
-        return read_fault(answer, piece.size_bytes);
+        return read_err(answer, piece.size_bytes);
     default:
         return over(answer, BD_IMPORT_DAMAGED);
     }

@@ -17,7 +17,7 @@
 enum bd_import_verdict {
     BD_IMPORT_OPEN,    // it has not
     BD_IMPORT_WHOLE,   // as it should
-    BD_IMPORT_REFUSED, // with `fault`
+    BD_IMPORT_REFUSED, // with `detail`
     BD_IMPORT_CUT,     // the pipe ended
     BD_IMPORT_DAMAGED, // this is no answer
     BD_IMPORT_LATE,    // the wall clock ran out
@@ -32,7 +32,7 @@ struct bd_import_answer {
     uint64_t piece_left; // of the piece under way
     enum bd_import_verdict verdict;
     bool has_body; // some of it came
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     size_t at, filled;
     uint8_t buffer[65536]; // last: it is not set to anything
 };

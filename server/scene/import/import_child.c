@@ -94,21 +94,21 @@ static bool put(void *user, const void *bytes, size_t size)
 
 // --- the kinds of questions -----------------------------------------------------------------
 
-// Each writes its body. What has a fault may have written some of it; without a fault BD_ERR_IO
+// Each writes its body. What has an error may have written some of it; without an error BD_ERR_IO
 // means that nobody listens any more.
 struct task {
     const struct bd_import_file *files;
     uint32_t file_count;
     const struct bd_import_limits *limits;
     struct bd_picture_queue *pictures; // a scene's
-    struct bd_fault fault;
+    struct bd_err_detail detail;
 };
 
 static uint8_t *next_texels(void *user)
 {
     struct task *task = user;
     uint8_t *rgba = NULL;
-    return bd_picture_queue_take(task->pictures, &rgba, &task->fault) ? NULL : rgba;
+    return bd_picture_queue_take(task->pictures, &rgba, &task->detail) ? NULL : rgba;
 }
 
 static enum bd_err answer_scene(struct task *task)
@@ -116,9 +116,9 @@ static enum bd_err answer_scene(struct task *task)
     struct bd_gltf_document *document;
     struct bd_scene *scene;
     enum bd_err err = bd_gltf_read_waiting(task->files, task->file_count, task->limits,
-                                           task->pictures, &document, &scene, &task->fault);
+                                           task->pictures, &document, &scene, &task->detail);
     if (err || bd_flat_write_fetching(scene, next_texels, task, put, NULL)) return err;
-    return task->fault.err ? task->fault.err : BD_ERR_IO;
+    return task->detail.err ? task->detail.err : BD_ERR_IO;
 }
 
 static enum bd_err answer_picture(struct task *task)
@@ -129,7 +129,7 @@ static enum bd_err answer_picture(struct task *task)
     struct bd_picture picture = {.reference_count = 1};
     enum bd_err err =
         bd_picture_decode(file->bytes, file->size_bytes, &limits, file->uri, &picture.width_px,
-                          &picture.height_px, &picture.rgba, &task->fault);
+                          &picture.height_px, &picture.rgba, &task->detail);
     const struct bd_content content = {.kind = BD_CONTENT_PICTURE, .picture = &picture};
     if (err) return err;
     return bd_content_write(&content, put, NULL) ? BD_ERR_OK : BD_ERR_IO;
@@ -141,7 +141,7 @@ static enum bd_err answer_sky_map(struct task *task)
     uint64_t negative_count;
     struct bd_content content = {.kind = BD_CONTENT_SKY_MAP};
     enum bd_err err = bd_sky_map_read(file->bytes, file->size_bytes, file->uri, &content.sky_map,
-                                      &negative_count, &task->fault);
+                                      &negative_count, &task->detail);
     if (err) return err;
     const bool sent =
         put(NULL, &negative_count, sizeof negative_count) && bd_content_write(&content, put, NULL);
@@ -158,7 +158,7 @@ static enum bd_err answer(enum bd_import_kind kind, struct task *task)
     case BD_IMPORT_SKY_MAP:
         return answer_sky_map(task);
     }
-    return bd_fault_set(&task->fault, BD_ERR_INTERNAL, "", "no such question: %u", (unsigned)kind);
+    return bd_err_set(&task->detail, BD_ERR_INTERNAL, "", "no such question: %u", (unsigned)kind);
 }
 
 // --- its life -------------------------------------------------------------------------------
@@ -207,8 +207,8 @@ int bd_import_child_main(int argc, char **argv)
     bool sent = false;
     if (err == BD_ERR_OK)
         sent = put_piece(BD_IMPORT_END, "", 0);
-    else if (task.fault.err)
-        sent = put_piece(BD_IMPORT_FAULT, &task.fault, sizeof task.fault);
+    else if (task.detail.err)
+        sent = put_piece(BD_IMPORT_FAULT, &task.detail, sizeof task.detail);
     // Nothing is freed and no exit handler runs: the process is the arena.
     _exit(sent ? 0 : BD_IMPORT_EXIT_UNSENT);
 }

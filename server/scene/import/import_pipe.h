@@ -3,7 +3,8 @@
 // The child finds its question on descriptor 0, a memory file that is empty until a byte comes on
 // descriptor 3, and sealed then: a head, then for each file a head, its uri with a final zero, its
 // bytes padded to eight. Where descriptor 3 ends without a byte, there is nothing to do. It writes
-// its answer to descriptor 1, in pieces, each with a head: those of a body, then an end or a fault.
+// its answer to descriptor 1, in pieces, each with a head: those of a body, then an end or an
+// error.
 
 #ifndef BD_SCENE_IMPORT_IMPORT_PIPE_H
 #define BD_SCENE_IMPORT_IMPORT_PIPE_H
@@ -48,7 +49,7 @@ struct bd_import_question_file {
 enum bd_import_piece_kind {
     BD_IMPORT_BODY,
     BD_IMPORT_END,   // nothing follows
-    BD_IMPORT_FAULT, // a struct bd_fault, and nothing after it; what came of the body is void
+    BD_IMPORT_FAULT, // a struct bd_err_detail, and nothing after it; what came of the body is void
 };
 
 struct bd_import_piece {

@@ -257,7 +257,7 @@ static bool take_spare(struct bd_import_pool *pool, bool is_small, struct bd_imp
 }
 
 enum bd_err bd_import_child_take(struct bd_import_pool *pool, bool is_small,
-                                 struct bd_import_child *out, struct bd_fault *fault)
+                                 struct bd_import_child *out, struct bd_err_detail *detail)
 {
     // A spare that somebody killed while it waited is no reason to fail.
     while (take_spare(pool, is_small, out)) {
@@ -269,7 +269,7 @@ enum bd_err bd_import_child_take(struct bd_import_pool *pool, bool is_small,
     }
     int code = start(pool, out);
     if (!code) return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_IO, "", "cannot start the import: %s", strerror(code));
+    return bd_err_set(detail, BD_ERR_IO, "", "cannot start the import: %s", strerror(code));
 }
 
 // --- the pool -------------------------------------------------------------------------------

@@ -24,7 +24,7 @@ struct bd_import_child {
 // A child that waits, or a new one. `is_small`: others like it may come soon, so spares are kept.
 BD_MUST_CHECK
 enum bd_err bd_import_child_take(struct bd_import_pool *pool, bool is_small,
-                                 struct bd_import_child *out, struct bd_fault *fault);
+                                 struct bd_import_child *out, struct bd_err_detail *detail);
 
 // Hands over the question and says go. False without memory for it, errno set.
 BD_MUST_CHECK

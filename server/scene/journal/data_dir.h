@@ -18,11 +18,12 @@ struct bd_data_dir {
 // `path` NULL: $XDG_DATA_HOME/bounced or ~/.local/share/bounced. Made with mode 0700, parents too;
 // one that others may enter is refused. BD_ERR_CONFLICT if another daemon holds it.
 BD_MUST_CHECK
-enum bd_err bd_data_dir_open(const char *path, struct bd_data_dir *out, struct bd_fault *fault);
+enum bd_err bd_data_dir_open(const char *path, struct bd_data_dir *out,
+                             struct bd_err_detail *detail);
 
 // A new one that nobody knows, gone with bd_data_dir_close.
 BD_MUST_CHECK
-enum bd_err bd_data_dir_open_temporary(struct bd_data_dir *out, struct bd_fault *fault);
+enum bd_err bd_data_dir_open_temporary(struct bd_data_dir *out, struct bd_err_detail *detail);
 
 void bd_data_dir_close(struct bd_data_dir *dir);
 

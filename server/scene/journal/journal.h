@@ -57,12 +57,13 @@ struct bd_journal;
 // file or its log is missing, is an older copy or belongs to another directory. All is left as it
 // is, and the line says what to do.
 BD_MUST_CHECK
-enum bd_err bd_journal_open(const char *directory, struct bd_journal **out, struct bd_fault *fault);
+enum bd_err bd_journal_open(const char *directory, struct bd_journal **out,
+                            struct bd_err_detail *detail);
 // The way out of that: whatever is there is taken for all that there was, with a warning. A log
 // without its file is kept as journal.sqlite-wal.lone.
 BD_MUST_CHECK
 enum bd_err bd_journal_open_as_it_is(const char *directory, struct bd_journal **out,
-                                     struct bd_fault *fault);
+                                     struct bd_err_detail *detail);
 // Whether file and log are where they were when they were opened: nothing is committed otherwise.
 // Thread: any, at any time between opening and closing.
 bool bd_journal_is_in_place(const struct bd_journal *journal);
@@ -72,7 +73,8 @@ bool bd_journal_is_in_place(const struct bd_journal *journal);
 // BD_ERR_NOT_FOUND: there is no such file. BD_ERR_UNSUPPORTED: it was written by a newer version.
 // BD_ERR_IO: it is no journal, or damaged, which is said and not mended.
 BD_MUST_CHECK
-enum bd_err bd_journal_open_copy(const char *path, struct bd_journal **out, struct bd_fault *fault);
+enum bd_err bd_journal_open_copy(const char *path, struct bd_journal **out,
+                                 struct bd_err_detail *detail);
 // Takes NULL.
 void bd_journal_close(struct bd_journal **journal);
 
@@ -131,21 +133,21 @@ struct bd_journal_put {
 // bd_journal_put_end, which is due after success and failure alike, nothing of it is collected.
 BD_MUST_CHECK
 enum bd_err bd_journal_put_some(struct bd_journal *journal, struct bd_journal_put *put,
-                                struct bd_fault *fault);
+                                struct bd_err_detail *detail);
 void bd_journal_put_end(struct bd_journal *journal, struct bd_journal_put *put);
 
 // `out`: it is there, and whole as far as is known.
 BD_MUST_CHECK
 enum bd_err bd_journal_has_content(struct bd_journal *journal,
                                    const uint8_t sha256[BD_SHA256_BYTES], bool *out,
-                                   struct bd_fault *fault);
+                                   struct bd_err_detail *detail);
 
 // `*bytes` is the caller's, for free(). BD_ERR_NOT_FOUND: it is not there, or no longer what its
 // name says; then it counts as missing from here on, and bd_journal_load steers clear of it.
 BD_MUST_CHECK
 enum bd_err bd_journal_read_content(struct bd_journal *journal,
                                     const uint8_t sha256[BD_SHA256_BYTES], void **bytes,
-                                    size_t *size, struct bd_fault *fault);
+                                    size_t *size, struct bd_err_detail *detail);
 // How many times that found damage since the journal was opened.
 uint64_t bd_journal_damage_count(const struct bd_journal *journal);
 
@@ -173,10 +175,10 @@ struct bd_journal_record {
 // All of the records, in order, or none; on the disk when it returns BD_ERR_OK. A record that
 // cannot be kept is BD_ERR_NOT_FOUND (scene, name, revision or content), BD_ERR_CONFLICT (scene,
 // revision or client_edit_id) or BD_ERR_LIMIT; `faulty`, which may be NULL, is its index, and
-// `count` if the fault is none of theirs.
+// `count` if the error is none of theirs.
 BD_MUST_CHECK
 enum bd_err bd_journal_commit(struct bd_journal *journal, const struct bd_journal_record *records,
-                              uint32_t count, uint32_t *faulty, struct bd_fault *fault);
+                              uint32_t count, uint32_t *faulty, struct bd_err_detail *detail);
 
 // --- reading ---------------------------------------------------------------------------------
 
@@ -193,14 +195,15 @@ struct bd_journal_scene {
 typedef void bd_journal_scene_fn(void *user, const struct bd_journal_scene *scene);
 BD_MUST_CHECK
 enum bd_err bd_journal_each_scene(struct bd_journal *journal, bd_journal_scene_fn *visit,
-                                  void *user, struct bd_fault *fault);
+                                  void *user, struct bd_err_detail *detail);
 
 // What a state is made from: one snapshot, then the edits after it, in order. An error that one of
 // them returns ends the walk and is passed on.
 struct bd_journal_visitor {
     enum bd_err (*snapshot)(void *user, const struct bd_journal_snapshot *snapshot,
-                            struct bd_fault *fault);
-    enum bd_err (*edit)(void *user, const struct bd_journal_edit *edit, struct bd_fault *fault);
+                            struct bd_err_detail *detail);
+    enum bd_err (*edit)(void *user, const struct bd_journal_edit *edit,
+                        struct bd_err_detail *detail);
     void *user;
 };
 
@@ -212,7 +215,7 @@ struct bd_journal_visitor {
 BD_MUST_CHECK
 enum bd_err bd_journal_load(struct bd_journal *journal, const char *scene, uint64_t revision,
                             const struct bd_journal_visitor *visitor, uint64_t *reached,
-                            struct bd_fault *fault);
+                            struct bd_err_detail *detail);
 
 // Walks from the oldest state that is kept, along every edit, to `revision`; 0: to the newest. The
 // visitor has seen all that is whole when this fails: BD_ERR_IO names the revision that is damaged
@@ -220,22 +223,22 @@ enum bd_err bd_journal_load(struct bd_journal *journal, const char *scene, uint6
 // any more.
 BD_MUST_CHECK
 enum bd_err bd_journal_walk(struct bd_journal *journal, const char *scene, uint64_t revision,
-                            const struct bd_journal_visitor *visitor, struct bd_fault *fault);
+                            const struct bd_journal_visitor *visitor, struct bd_err_detail *detail);
 
 // Takes away what lies beyond `revision`, which becomes the scene's newest. For damage alone; says
 // in the log what went.
 BD_MUST_CHECK
 enum bd_err bd_journal_cut(struct bd_journal *journal, const char *scene, uint64_t revision,
-                           struct bd_fault *fault);
+                           struct bd_err_detail *detail);
 
 // One edit, by its revision or by its client's id. Borrowed until the next call. BD_ERR_NOT_FOUND.
 BD_MUST_CHECK
 enum bd_err bd_journal_get_edit(struct bd_journal *journal, const char *scene, uint64_t revision,
-                                struct bd_journal_edit *out, struct bd_fault *fault);
+                                struct bd_journal_edit *out, struct bd_err_detail *detail);
 BD_MUST_CHECK
 enum bd_err bd_journal_find_edit(struct bd_journal *journal, const char *scene,
                                  const char *client_edit_id, struct bd_journal_edit *out,
-                                 struct bd_fault *fault);
+                                 struct bd_err_detail *detail);
 
 // The newest `limit` edits beyond revision `after`, oldest first, without answer, deltas and
 // content. One that is damaged is left out, with a warning.
@@ -243,18 +246,19 @@ typedef void bd_journal_edit_fn(void *user, const struct bd_journal_edit *edit);
 BD_MUST_CHECK
 enum bd_err bd_journal_each_edit(struct bd_journal *journal, const char *scene, uint64_t after,
                                  uint32_t limit, bd_journal_edit_fn *visit, void *user,
-                                 struct bd_fault *fault);
+                                 struct bd_err_detail *detail);
 
 // By revision, then by name.
 typedef void bd_journal_name_fn(void *user, const char *name, uint64_t revision);
 BD_MUST_CHECK
 enum bd_err bd_journal_each_name(struct bd_journal *journal, const char *scene,
-                                 bd_journal_name_fn *visit, void *user, struct bd_fault *fault);
+                                 bd_journal_name_fn *visit, void *user,
+                                 struct bd_err_detail *detail);
 
 // Every revision from `*out` to the newest can be loaded. Named ones before it can, too.
 BD_MUST_CHECK
 enum bd_err bd_journal_oldest(struct bd_journal *journal, const char *scene, uint64_t *out,
-                              struct bd_fault *fault);
+                              struct bd_err_detail *detail);
 
 struct bd_journal_stats {
     uint64_t scene_count, edit_count, snapshot_count, content_count;
@@ -264,7 +268,7 @@ struct bd_journal_stats {
 };
 BD_MUST_CHECK
 enum bd_err bd_journal_get_stats(struct bd_journal *journal, struct bd_journal_stats *out,
-                                 struct bd_fault *fault);
+                                 struct bd_err_detail *detail);
 
 // --- upkeep, while serving -------------------------------------------------------------------
 
@@ -273,18 +277,19 @@ enum bd_err bd_journal_get_stats(struct bd_journal *journal, struct bd_journal_s
 BD_MUST_CHECK
 enum bd_err bd_journal_write_snapshot(struct bd_journal *journal, const char *scene,
                                       const struct bd_journal_snapshot *snapshot,
-                                      struct bd_fault *fault);
+                                      struct bd_err_detail *detail);
 
 // Forgets edits and snapshots, BD_JOURNAL_SLICE_RECORDS a call: those at or before the newest
 // snapshot that lies `keep_edits` or more behind the newest revision, but what is needed to go back
 // to a named revision (a snapshot there makes that little). `is_done`: nothing is left to do.
 BD_MUST_CHECK
 enum bd_err bd_journal_compact(struct bd_journal *journal, const char *scene, uint64_t keep_edits,
-                               bool *is_done, struct bd_fault *fault);
+                               bool *is_done, struct bd_err_detail *detail);
 
 // One slice of a round that takes away what removed scenes left, and content that nothing needs,
 // and gives free pages back to the file system. `is_done`: the round is over.
 BD_MUST_CHECK
-enum bd_err bd_journal_collect(struct bd_journal *journal, bool *is_done, struct bd_fault *fault);
+enum bd_err bd_journal_collect(struct bd_journal *journal, bool *is_done,
+                               struct bd_err_detail *detail);
 
 #endif

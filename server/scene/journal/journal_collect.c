@@ -175,7 +175,8 @@ static int slice_in_transaction(struct bd_journal *journal)
     return result;
 }
 
-enum bd_err bd_journal_collect(struct bd_journal *journal, bool *is_done, struct bd_fault *fault)
+enum bd_err bd_journal_collect(struct bd_journal *journal, bool *is_done,
+                               struct bd_err_detail *detail)
 {
     if (journal->round == BD_ROUND_IDLE) {
         bd_digests_clear(&journal->needed);
@@ -183,6 +184,6 @@ enum bd_err bd_journal_collect(struct bd_journal *journal, bool *is_done, struct
     }
     int result = slice_in_transaction(journal);
     *is_done = !result && journal->round == BD_ROUND_IDLE;
-    return result ? bd_journal_fault(journal, result, "the journal was not tidied", fault)
+    return result ? bd_journal_err(journal, result, "the journal was not tidied", detail)
                   : BD_ERR_OK;
 }

@@ -65,13 +65,13 @@ static int forget_before(struct bd_journal *journal, int64_t row, uint64_t base,
 }
 
 enum bd_err bd_journal_compact(struct bd_journal *journal, const char *scene, uint64_t keep_edits,
-                               bool *is_done, struct bd_fault *fault)
+                               bool *is_done, struct bd_err_detail *detail)
 {
     int64_t row;
     uint64_t newest, base = 0;
     uint32_t room = BD_JOURNAL_SLICE_RECORDS;
     *is_done = false;
-    enum bd_err err = bd_journal_find_scene(journal, scene, &row, &newest, fault);
+    enum bd_err err = bd_journal_find_scene(journal, scene, &row, &newest, detail);
     if (err) return err;
     int result = bd_journal_begin(journal);
     if (!result) {
@@ -81,6 +81,6 @@ enum bd_err bd_journal_compact(struct bd_journal *journal, const char *scene, ui
         result = bd_journal_end(journal, result);
     }
     *is_done = !result && room > 0;
-    return result ? bd_journal_fault(journal, result, "the journal was not compacted", fault)
+    return result ? bd_journal_err(journal, result, "the journal was not compacted", detail)
                   : BD_ERR_OK;
 }

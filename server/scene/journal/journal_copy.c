@@ -24,17 +24,17 @@ struct source {
     int lock; // of the directory; -1: it has none
 };
 
-static enum bd_err io_fault(const char *path, struct bd_fault *fault)
+static enum bd_err io_err(const char *path, struct bd_err_detail *detail)
 {
-    return bd_fault_set(fault, errno == ENOENT ? BD_ERR_NOT_FOUND : BD_ERR_IO, "journal",
-                        "%.400s: %s", path, strerror(errno));
+    return bd_err_set(detail, errno == ENOENT ? BD_ERR_NOT_FOUND : BD_ERR_IO, "journal",
+                      "%.400s: %s", path, strerror(errno));
 }
 
-static enum bd_err find(const char *path, struct source *out, struct bd_fault *fault)
+static enum bd_err find(const char *path, struct source *out, struct bd_err_detail *detail)
 {
     struct stat info;
     *out = (struct source){.lock = -1};
-    if (stat(path, &info)) return io_fault(path, fault);
+    if (stat(path, &info)) return io_err(path, detail);
     const char *slash = strrchr(path, '/');
     bool is_directory = S_ISDIR(info.st_mode);
     int file = snprintf(out->file, sizeof out->file, "%s%s", path,
@@ -45,20 +45,20 @@ static enum bd_err find(const char *path, struct source *out, struct bd_fault *f
                                    slash ? (int)(slash - path + 1) : 1, slash ? path : ".");
     if ((size_t)file < sizeof out->file && (size_t)directory < sizeof out->directory)
         return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_USAGE, "journal", "the journal's path is too long");
+    return bd_err_set(detail, BD_ERR_USAGE, "journal", "the journal's path is too long");
 }
 
 // Shared: a daemon that wants the directory is kept out until it is copied.
-static enum bd_err hold(struct source *source, struct bd_fault *fault)
+static enum bd_err hold(struct source *source, struct bd_err_detail *detail)
 {
     char path[BD_JOURNAL_FILE_BYTES + 32];
     snprintf(path, sizeof path, "%s/lock", source->directory);
     source->lock = open(path, O_RDONLY | O_CLOEXEC);
     if (source->lock < 0 || flock(source->lock, LOCK_SH | LOCK_NB) == 0) return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_CONFLICT, "journal",
-                        "a daemon holds %.400s: end it first, or its journal changes while it is "
-                        "read",
-                        source->directory);
+    return bd_err_set(detail, BD_ERR_CONFLICT, "journal",
+                      "a daemon holds %.400s: end it first, or its journal changes while it is "
+                      "read",
+                      source->directory);
 }
 
 static bool copy_bytes(int from, int to)
@@ -79,35 +79,36 @@ static bool copy_bytes(int from, int to)
     return ok && got == 0;
 }
 
-static enum bd_err copy_file(const char *from_path, const char *to_path, struct bd_fault *fault)
+static enum bd_err copy_file(const char *from_path, const char *to_path,
+                             struct bd_err_detail *detail)
 {
     int from = open(from_path, O_RDONLY | O_CLOEXEC);
-    if (from < 0) return io_fault(from_path, fault);
+    if (from < 0) return io_err(from_path, detail);
     int to = open(to_path, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
-    enum bd_err err = to < 0 ? io_fault(to_path, fault) : BD_ERR_OK;
+    enum bd_err err = to < 0 ? io_err(to_path, detail) : BD_ERR_OK;
     if (!err && !copy_bytes(from, to))
-        err = bd_fault_set(fault, errno == ENOSPC ? BD_ERR_NO_MEMORY : BD_ERR_IO, "journal",
-                           "%.200s cannot be copied to %.200s: %s", from_path, to_path,
-                           strerror(errno));
+        err = bd_err_set(detail, errno == ENOSPC ? BD_ERR_NO_MEMORY : BD_ERR_IO, "journal",
+                         "%.200s cannot be copied to %.200s: %s", from_path, to_path,
+                         strerror(errno));
     if (to >= 0) close(to);
     close(from);
     return err;
 }
 
 static enum bd_err copy_both(const struct source *source, const struct bd_journal *journal,
-                             struct bd_fault *fault)
+                             struct bd_err_detail *detail)
 {
     char from[BD_JOURNAL_FILE_BYTES + 32], to[BD_JOURNAL_FILE_BYTES + 32];
     struct stat info;
     snprintf(from, sizeof from, "%s-wal", source->file);
     snprintf(to, sizeof to, "%s-wal", journal->path);
     bool has_log = access(from, F_OK) == 0;
-    if (stat(source->file, &info)) return io_fault(source->file, fault);
+    if (stat(source->file, &info)) return io_err(source->file, detail);
     if (!S_ISREG(info.st_mode) || (info.st_size == 0 && !has_log))
-        return bd_fault_set(fault, BD_ERR_IO, "journal", "%.400s is no journal of bounced",
-                            source->file);
-    enum bd_err err = copy_file(source->file, journal->path, fault);
-    return err || !has_log ? err : copy_file(from, to, fault);
+        return bd_err_set(detail, BD_ERR_IO, "journal", "%.400s is no journal of bounced",
+                          source->file);
+    enum bd_err err = copy_file(source->file, journal->path, detail);
+    return err || !has_log ? err : copy_file(from, to, detail);
 }
 
 // What is there can be read all the same; whoever reads it should know.
@@ -130,31 +131,32 @@ static void warn_if_short(const struct source *source, const struct bd_journal *
 }
 
 static enum bd_err open_copy(struct bd_journal *journal, struct source *source,
-                             struct bd_fault *fault)
+                             struct bd_err_detail *detail)
 {
     char where[128];
-    enum bd_err err = hold(source, fault);
-    if (!err) err = bd_data_dir_open_temporary(&journal->copy_dir, fault);
+    enum bd_err err = hold(source, detail);
+    if (!err) err = bd_data_dir_open_temporary(&journal->copy_dir, detail);
     journal->is_copy = !err;
     if (err) return err;
     memcpy(journal->name, source->file, sizeof journal->name);
     snprintf(journal->path, sizeof journal->path, "%s/" BD_JOURNAL_FILE, journal->copy_dir.path);
-    err = copy_both(source, journal, fault);
-    if (!err) err = bd_journal_check_size(journal, fault);
-    if (!err) err = bd_journal_try_open(journal, where, sizeof where, fault);
+    err = copy_both(source, journal, detail);
+    if (!err) err = bd_journal_check_size(journal, detail);
+    if (!err) err = bd_journal_try_open(journal, where, sizeof where, detail);
     if (!err) warn_if_short(source, journal);
     return err;
 }
 
-enum bd_err bd_journal_open_copy(const char *path, struct bd_journal **out, struct bd_fault *fault)
+enum bd_err bd_journal_open_copy(const char *path, struct bd_journal **out,
+                                 struct bd_err_detail *detail)
 {
     struct source source;
     *out = NULL;
-    enum bd_err err = find(path, &source, fault);
+    enum bd_err err = find(path, &source, detail);
     if (err) return err;
     struct bd_journal *journal = calloc(1, sizeof *journal);
     BD_ASSERT(journal);
-    err = open_copy(journal, &source, fault);
+    err = open_copy(journal, &source, detail);
     if (source.lock >= 0) close(source.lock);
     if (err) bd_journal_close(&journal);
     *out = journal;

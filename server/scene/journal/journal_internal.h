@@ -54,13 +54,13 @@ struct bd_journal {
 // BD_ERR_IO if the file is shorter than a page. SQLite takes such a file for an empty one, and
 // would begin anew.
 BD_MUST_CHECK
-enum bd_err bd_journal_check_size(const struct bd_journal *journal, struct bd_fault *fault);
+enum bd_err bd_journal_check_size(const struct bd_journal *journal, struct bd_err_detail *detail);
 // Connects and looks for damage: `where` says where it lies, and nothing stays open then.
 BD_MUST_CHECK
 enum bd_err bd_journal_try_open(struct bd_journal *journal, char *where, size_t where_bytes,
-                                struct bd_fault *fault);
+                                struct bd_err_detail *detail);
 
-// --- journal_sql.c: statements, transactions, faults
+// --- journal_sql.c: statements, transactions, errors
 
 // Ready to be bound. Whatever its text says must be bound, run and read before the next use.
 sqlite3_stmt *bd_journal_sql(struct bd_journal *journal, enum bd_journal_sql name);
@@ -82,9 +82,9 @@ int bd_journal_done(sqlite3_stmt *statement, int step);
 // One number; 0 if the answer is empty or NULL.
 int bd_journal_number(sqlite3_stmt *statement, uint64_t *out);
 
-// Fills the fault from what SQLite last said; `what` begins the line: "the edits were not kept".
-enum bd_err bd_journal_fault(struct bd_journal *journal, int result, const char *what,
-                             struct bd_fault *fault);
+// Fills the error from what SQLite last said; `what` begins the line: "the edits were not kept".
+enum bd_err bd_journal_err(struct bd_journal *journal, int result, const char *what,
+                           struct bd_err_detail *detail);
 bool bd_journal_is_damage(int result);
 // The mark beside a file in which damage was met while it was served: the next start mends it.
 void bd_journal_suspect_path(const struct bd_journal *journal, char *out, size_t out_bytes);
@@ -103,7 +103,7 @@ int bd_journal_migrate(sqlite3 *db, uint32_t version, const struct bd_journal_st
                        uint32_t count);
 // A connection with our settings; the file's version checked, and brought up to date.
 BD_MUST_CHECK
-enum bd_err bd_journal_connect(struct bd_journal *journal, struct bd_fault *fault);
+enum bd_err bd_journal_connect(struct bd_journal *journal, struct bd_err_detail *detail);
 void bd_journal_disconnect(struct bd_journal *journal);
 
 // --- journal_check.c: a sum over a record's fields, so that a bit that flipped is found
@@ -126,7 +126,7 @@ bool bd_row_edit(sqlite3_stmt *row, int64_t scene, struct bd_journal_edit *out);
 // The row and its newest revision. BD_ERR_NOT_FOUND, field `scene`.
 BD_MUST_CHECK
 enum bd_err bd_journal_find_scene(struct bd_journal *journal, const char *scene, int64_t *row,
-                                  uint64_t *revision, struct bd_fault *fault);
+                                  uint64_t *revision, struct bd_err_detail *detail);
 
 // --- journal_read.c
 
@@ -135,7 +135,7 @@ int bd_journal_snapshot_before(struct bd_journal *journal, int64_t row, uint64_t
                                uint64_t *out);
 BD_MUST_CHECK
 enum bd_err bd_journal_can_reach(struct bd_journal *journal, int64_t row, uint64_t revision,
-                                 bool *out, struct bd_fault *fault);
+                                 bool *out, struct bd_err_detail *detail);
 
 // --- journal_commit.c
 
@@ -177,10 +177,10 @@ int bd_journal_write_state(struct bd_journal *journal);
 // written; `takes_all`: whatever it is, with a warning. Names what has no name yet.
 BD_MUST_CHECK
 enum bd_err bd_journal_check_state(struct bd_journal *journal, bool takes_all,
-                                   struct bd_fault *fault);
+                                   struct bd_err_detail *detail);
 // The database that was opened bears the identity's name from now on.
 BD_MUST_CHECK
-enum bd_err bd_journal_take_state(struct bd_journal *journal, struct bd_fault *fault);
+enum bd_err bd_journal_take_state(struct bd_journal *journal, struct bd_err_detail *detail);
 // Before it is closed: the log goes into the database, if that can be, and may go.
 void bd_journal_settle(struct bd_journal *journal);
 
@@ -191,7 +191,7 @@ int bd_journal_find_damage(struct bd_journal *journal, char *where, size_t where
 // Builds the file anew from what is whole in it, for `identity`, and keeps the old one beside.
 BD_MUST_CHECK
 enum bd_err bd_journal_salvage(const char *path, const char *where, struct bd_identity *identity,
-                               struct bd_fault *fault);
+                               struct bd_err_detail *detail);
 // Says in the log if the write-ahead log has an end that was cut off.
 void bd_journal_warn_of_tail(struct bd_journal *journal);
 

@@ -9,12 +9,12 @@ struct walk {
     int64_t row;
     uint64_t at; // the revision that was reached
     const struct bd_journal_visitor *visitor;
-    struct bd_fault *fault;
+    struct bd_err_detail *detail;
 };
 
-static enum bd_err walk_fault(const struct walk *walk, int result)
+static enum bd_err walk_err(const struct walk *walk, int result)
 {
-    return bd_journal_fault(walk->journal, result, "a scene cannot be read", walk->fault);
+    return bd_journal_err(walk->journal, result, "a scene cannot be read", walk->detail);
 }
 
 // Whether a record and the content that it names are whole. A disk that does not answer just now
@@ -25,7 +25,7 @@ static enum bd_err check_whole(const struct walk *walk, bool is_row_whole,
     int result = SQLITE_OK;
     *is_whole = is_row_whole;
     if (is_row_whole) result = bd_journal_has_contents(walk->journal, content, is_whole);
-    return result && !bd_journal_is_damage(result) ? walk_fault(walk, result) : BD_ERR_OK;
+    return result && !bd_journal_is_damage(result) ? walk_err(walk, result) : BD_ERR_OK;
 }
 
 static enum bd_err visit_snapshot(struct walk *walk, sqlite3_stmt *row, bool *is_whole)
@@ -35,7 +35,7 @@ static enum bd_err visit_snapshot(struct walk *walk, sqlite3_stmt *row, bool *is
     enum bd_err err = check_whole(walk, is_row_whole, &snapshot.content, is_whole);
     if (err) return err;
     walk->at = snapshot.revision;
-    if (*is_whole) return walk->visitor->snapshot(walk->visitor->user, &snapshot, walk->fault);
+    if (*is_whole) return walk->visitor->snapshot(walk->visitor->user, &snapshot, walk->detail);
     bd_log(BD_LOG_WARN, "journal", "scene %.64s: the snapshot of revision %llu is damaged",
            walk->scene, (unsigned long long)snapshot.revision);
     return BD_ERR_OK;
@@ -55,10 +55,10 @@ static enum bd_err find_snapshot(struct walk *walk, uint64_t limit)
         bd_journal_done(before, step);
         if (err) return err;
         if (step == SQLITE_DONE)
-            return bd_fault_set(walk->fault, BD_ERR_NOT_FOUND, "revision",
-                                "scene \"%.64s\" has no whole state at or before revision %llu",
-                                walk->scene, (unsigned long long)limit);
-        if (step != SQLITE_ROW) return walk_fault(walk, step);
+            return bd_err_set(walk->detail, BD_ERR_NOT_FOUND, "revision",
+                              "scene \"%.64s\" has no whole state at or before revision %llu",
+                              walk->scene, (unsigned long long)limit);
+        if (step != SQLITE_ROW) return walk_err(walk, step);
         // A revision that a flipped bit made does not turn the walk around.
         limit = (walk->at && walk->at <= asked ? walk->at : asked) - 1;
     }
@@ -79,12 +79,12 @@ static enum bd_err visit_edits(struct walk *walk, uint64_t target)
         bool is_whole = bd_row_edit(after, walk->row, &edit) && edit.revision == walk->at + 1;
         err = check_whole(walk, is_whole, &edit.forward_content, &is_whole);
         if (err || !is_whole) break;
-        err = walk->visitor->edit(walk->visitor->user, &edit, walk->fault);
+        err = walk->visitor->edit(walk->visitor->user, &edit, walk->detail);
         walk->at = edit.revision;
     }
     int result = bd_journal_done(after, step);
     if (err || !result || bd_journal_is_damage(result)) return err;
-    return walk_fault(walk, result);
+    return walk_err(walk, result);
 }
 
 static enum bd_err load(struct walk *walk, uint64_t revision, uint64_t newest)
@@ -94,9 +94,9 @@ static enum bd_err load(struct walk *walk, uint64_t revision, uint64_t newest)
     if (!err) err = visit_edits(walk, target);
     if (err || walk->at == target) return err;
     if (revision)
-        return bd_fault_set(walk->fault, BD_ERR_NOT_FOUND, "revision",
-                            "there is no way to revision %llu of scene \"%.64s\" any more",
-                            (unsigned long long)revision, walk->scene);
+        return bd_err_set(walk->detail, BD_ERR_NOT_FOUND, "revision",
+                          "there is no way to revision %llu of scene \"%.64s\" any more",
+                          (unsigned long long)revision, walk->scene);
     bd_log(BD_LOG_WARN, "journal",
            "scene %.64s: revision %llu is damaged; %llu is the newest that is whole", walk->scene,
            (unsigned long long)walk->at + 1, (unsigned long long)walk->at);
@@ -105,15 +105,15 @@ static enum bd_err load(struct walk *walk, uint64_t revision, uint64_t newest)
 
 enum bd_err bd_journal_load(struct bd_journal *journal, const char *scene, uint64_t revision,
                             const struct bd_journal_visitor *visitor, uint64_t *reached,
-                            struct bd_fault *fault)
+                            struct bd_err_detail *detail)
 {
-    struct walk walk = {.journal = journal, .scene = scene, .visitor = visitor, .fault = fault};
+    struct walk walk = {.journal = journal, .scene = scene, .visitor = visitor, .detail = detail};
     uint64_t newest;
-    enum bd_err err = bd_journal_find_scene(journal, scene, &walk.row, &newest, fault);
+    enum bd_err err = bd_journal_find_scene(journal, scene, &walk.row, &newest, detail);
     if (!err && revision > newest)
-        err = bd_fault_set(fault, BD_ERR_NOT_FOUND, "revision",
-                           "scene \"%.64s\" has no revision %llu", scene,
-                           (unsigned long long)revision);
+        err =
+            bd_err_set(detail, BD_ERR_NOT_FOUND, "revision", "scene \"%.64s\" has no revision %llu",
+                       scene, (unsigned long long)revision);
     if (!err) err = load(&walk, revision, newest);
     *reached = walk.at;
     return err;
@@ -122,30 +122,29 @@ enum bd_err bd_journal_load(struct bd_journal *journal, const char *scene, uint6
 static enum bd_err walk_all(struct walk *walk, uint64_t oldest, uint64_t target)
 {
     if (target < oldest)
-        return bd_fault_set(walk->fault, BD_ERR_NOT_FOUND, "revision",
-                            "scene \"%.64s\" begins at revision %llu: what was before it is "
-                            "forgotten",
-                            walk->scene, (unsigned long long)oldest);
+        return bd_err_set(walk->detail, BD_ERR_NOT_FOUND, "revision",
+                          "scene \"%.64s\" begins at revision %llu: what was before it is "
+                          "forgotten",
+                          walk->scene, (unsigned long long)oldest);
     enum bd_err err = find_snapshot(walk, oldest);
     if (!err && walk->at == oldest) err = visit_edits(walk, target);
     if (err || walk->at == target) return err;
-    return bd_fault_set(walk->fault, BD_ERR_IO, "revision",
-                        "revision %llu of scene \"%.64s\" is damaged, or content that it needs is "
-                        "missing",
-                        (unsigned long long)(walk->at < oldest ? oldest : walk->at + 1),
-                        walk->scene);
+    return bd_err_set(walk->detail, BD_ERR_IO, "revision",
+                      "revision %llu of scene \"%.64s\" is damaged, or content that it needs is "
+                      "missing",
+                      (unsigned long long)(walk->at < oldest ? oldest : walk->at + 1), walk->scene);
 }
 
 enum bd_err bd_journal_walk(struct bd_journal *journal, const char *scene, uint64_t revision,
-                            const struct bd_journal_visitor *visitor, struct bd_fault *fault)
+                            const struct bd_journal_visitor *visitor, struct bd_err_detail *detail)
 {
-    struct walk walk = {.journal = journal, .scene = scene, .visitor = visitor, .fault = fault};
+    struct walk walk = {.journal = journal, .scene = scene, .visitor = visitor, .detail = detail};
     uint64_t newest, oldest = 0;
-    enum bd_err err = bd_journal_find_scene(journal, scene, &walk.row, &newest, fault);
+    enum bd_err err = bd_journal_find_scene(journal, scene, &walk.row, &newest, detail);
     if (!err && revision > newest)
-        err = bd_fault_set(fault, BD_ERR_NOT_FOUND, "revision",
-                           "scene \"%.64s\" has no revision %llu: its newest is %llu", scene,
-                           (unsigned long long)revision, (unsigned long long)newest);
-    if (!err) err = bd_journal_oldest(journal, scene, &oldest, fault);
+        err = bd_err_set(detail, BD_ERR_NOT_FOUND, "revision",
+                         "scene \"%.64s\" has no revision %llu: its newest is %llu", scene,
+                         (unsigned long long)revision, (unsigned long long)newest);
+    if (!err) err = bd_journal_oldest(journal, scene, &oldest, detail);
     return err ? err : walk_all(&walk, oldest, revision ? revision : newest);
 }

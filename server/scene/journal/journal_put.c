@@ -24,12 +24,12 @@ int bd_journal_find_content(struct bd_journal *journal, const uint8_t sha256[BD_
 
 enum bd_err bd_journal_has_content(struct bd_journal *journal,
                                    const uint8_t sha256[BD_SHA256_BYTES], bool *out,
-                                   struct bd_fault *fault)
+                                   struct bd_err_detail *detail)
 {
     uint64_t row;
     int result = bd_journal_find_content(journal, sha256, &row);
     *out = !result && row;
-    return result ? bd_journal_fault(journal, result, "content cannot be looked for", fault)
+    return result ? bd_journal_err(journal, result, "content cannot be looked for", detail)
                   : BD_ERR_OK;
 }
 
@@ -126,14 +126,14 @@ static int put_slice(struct bd_journal *journal, struct bd_journal_put *put)
     return result;
 }
 
-static enum bd_err check_sizes(const struct bd_journal_put *put, struct bd_fault *fault)
+static enum bd_err check_sizes(const struct bd_journal_put *put, struct bd_err_detail *detail)
 {
     if (put->content[put->next].bytes.size <= BD_JOURNAL_CONTENT_BYTES_MAX) return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_LIMIT, "content",
-                        "%zu bytes of one mesh or picture are "
-                        "above the journal's limit of %llu",
-                        put->content[put->next].bytes.size,
-                        (unsigned long long)BD_JOURNAL_CONTENT_BYTES_MAX);
+    return bd_err_set(detail, BD_ERR_LIMIT, "content",
+                      "%zu bytes of one mesh or picture are "
+                      "above the journal's limit of %llu",
+                      put->content[put->next].bytes.size,
+                      (unsigned long long)BD_JOURNAL_CONTENT_BYTES_MAX);
 }
 
 // Whole again by what was just written: the next reader looks anew.
@@ -145,10 +145,10 @@ static void heal(struct bd_journal *journal, const struct bd_journal_put *put, u
 }
 
 enum bd_err bd_journal_put_some(struct bd_journal *journal, struct bd_journal_put *put,
-                                struct bd_fault *fault)
+                                struct bd_err_detail *detail)
 {
     if (put->next >= put->count) return BD_ERR_OK;
-    enum bd_err err = check_sizes(put, fault);
+    enum bd_err err = check_sizes(put, detail);
     if (err) return err;
     uint32_t next = put->next;
     uint64_t next_bytes = put->next_bytes;
@@ -160,7 +160,7 @@ enum bd_err bd_journal_put_some(struct bd_journal *journal, struct bd_journal_pu
     }
     put->next = next;
     put->next_bytes = next_bytes;
-    return bd_journal_fault(journal, result, "meshes and pictures were not kept", fault);
+    return bd_journal_err(journal, result, "meshes and pictures were not kept", detail);
 }
 
 void bd_journal_put_end(struct bd_journal *journal, struct bd_journal_put *put)
@@ -171,11 +171,11 @@ void bd_journal_put_end(struct bd_journal *journal, struct bd_journal_put *put)
 }
 
 static enum bd_err missing(const uint8_t sha256[BD_SHA256_BYTES], const char *why,
-                           struct bd_fault *fault)
+                           struct bd_err_detail *detail)
 {
     char hex[BD_SHA256_HEX];
     bd_sha256_hex(sha256, hex);
-    return bd_fault_set(fault, BD_ERR_NOT_FOUND, "content", "content sha256:%s %s", hex, why);
+    return bd_err_set(detail, BD_ERR_NOT_FOUND, "content", "content sha256:%s %s", hex, why);
 }
 
 static int read_part(struct bd_journal *journal, uint64_t row, uint64_t part, char *out,
@@ -213,15 +213,15 @@ static bool is_named(const void *bytes, size_t size, const uint8_t sha256[BD_SHA
 }
 
 static enum bd_err say_damaged(struct bd_journal *journal, const uint8_t sha256[BD_SHA256_BYTES],
-                               struct bd_fault *fault)
+                               struct bd_err_detail *detail)
 {
-    struct bd_fault local;
+    struct bd_err_detail local;
     // It was not known: what is known to be damaged is not read.
     bd_digests_add(&journal->damaged, sha256);
     journal->damage_count++;
     enum bd_err err = missing(sha256, "is damaged in the journal", &local);
     bd_log(BD_LOG_WARN, "journal", "%s: %s", journal->name, local.message);
-    if (fault) *fault = local;
+    if (detail) *detail = local;
     return err;
 }
 
@@ -239,13 +239,13 @@ static int find_size(struct bd_journal *journal, const uint8_t sha256[BD_SHA256_
 
 enum bd_err bd_journal_read_content(struct bd_journal *journal,
                                     const uint8_t sha256[BD_SHA256_BYTES], void **bytes,
-                                    size_t *size, struct bd_fault *fault)
+                                    size_t *size, struct bd_err_detail *detail)
 {
     uint64_t row = 0, expected = 0;
     int result = find_size(journal, sha256, &row, &expected);
-    if (!result && !row) return missing(sha256, "is not in the journal", fault);
+    if (!result && !row) return missing(sha256, "is not in the journal", detail);
     // A size that a flipped bit made: no memory is asked for by it.
-    if (expected > BD_JOURNAL_CONTENT_BYTES_MAX) return say_damaged(journal, sha256, fault);
+    if (expected > BD_JOURNAL_CONTENT_BYTES_MAX) return say_damaged(journal, sha256, detail);
     char *data = result ? NULL : malloc(expected ? expected : 1);
     if (!result && !data) result = SQLITE_NOMEM;
     if (!result) result = read_parts(journal, row, data, expected);
@@ -256,8 +256,8 @@ enum bd_err bd_journal_read_content(struct bd_journal *journal,
         return BD_ERR_OK;
     }
     free(data);
-    if (bd_journal_is_damage(result)) return say_damaged(journal, sha256, fault);
-    return bd_journal_fault(journal, result, "a mesh or picture cannot be read", fault);
+    if (bd_journal_is_damage(result)) return say_damaged(journal, sha256, detail);
+    return bd_journal_err(journal, result, "a mesh or picture cannot be read", detail);
 }
 
 uint64_t bd_journal_damage_count(const struct bd_journal *journal)

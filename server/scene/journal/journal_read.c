@@ -8,7 +8,7 @@
 #include "scene/journal/journal_internal.h"
 
 enum bd_err bd_journal_each_scene(struct bd_journal *journal, bd_journal_scene_fn *visit,
-                                  void *user, struct bd_fault *fault)
+                                  void *user, struct bd_err_detail *detail)
 {
     int64_t at = 0;
     int step;
@@ -25,7 +25,7 @@ enum bd_err bd_journal_each_scene(struct bd_journal *journal, bd_journal_scene_f
         bd_journal_done(next, step);
     } while (step == SQLITE_ROW);
     if (step == SQLITE_DONE) return BD_ERR_OK;
-    return bd_journal_fault(journal, step, "the scenes cannot be read", fault);
+    return bd_journal_err(journal, step, "the scenes cannot be read", detail);
 }
 
 // Room for all texts and bytes of an edit, one after another.
@@ -71,7 +71,7 @@ static void lend_edit(struct bd_journal *journal, struct bd_journal_edit *edit)
 
 // Runs a bound query for one edit.
 static enum bd_err get_edit(struct bd_journal *journal, sqlite3_stmt *get, int64_t row,
-                            struct bd_journal_edit *out, struct bd_fault *fault)
+                            struct bd_journal_edit *out, struct bd_err_detail *detail)
 {
     int step = sqlite3_step(get);
     bool is_whole = true;
@@ -81,62 +81,62 @@ static enum bd_err get_edit(struct bd_journal *journal, sqlite3_stmt *get, int64
     }
     int result = bd_journal_done(get, step);
     if (!result && !is_whole) result = SQLITE_CORRUPT;
-    if (result) return bd_journal_fault(journal, result, "an edit cannot be read", fault);
+    if (result) return bd_journal_err(journal, result, "an edit cannot be read", detail);
     return step == SQLITE_ROW ? BD_ERR_OK : BD_ERR_NOT_FOUND;
 }
 
 enum bd_err bd_journal_get_edit(struct bd_journal *journal, const char *scene, uint64_t revision,
-                                struct bd_journal_edit *out, struct bd_fault *fault)
+                                struct bd_journal_edit *out, struct bd_err_detail *detail)
 {
     int64_t row;
     uint64_t newest;
-    enum bd_err err = bd_journal_find_scene(journal, scene, &row, &newest, fault);
+    enum bd_err err = bd_journal_find_scene(journal, scene, &row, &newest, detail);
     if (err) return err;
     sqlite3_stmt *get = bd_journal_sql(journal, BD_SQL_GET_EDIT);
     bd_bind_u64(get, 1, (uint64_t)row);
     bd_bind_u64(get, 2, revision);
-    err = get_edit(journal, get, row, out, fault);
+    err = get_edit(journal, get, row, out, detail);
     if (err != BD_ERR_NOT_FOUND) return err;
-    return bd_fault_set(fault, err, "revision", "the journal has no edit %llu of scene \"%.64s\"",
-                        (unsigned long long)revision, scene);
+    return bd_err_set(detail, err, "revision", "the journal has no edit %llu of scene \"%.64s\"",
+                      (unsigned long long)revision, scene);
 }
 
 enum bd_err bd_journal_find_edit(struct bd_journal *journal, const char *scene,
                                  const char *client_edit_id, struct bd_journal_edit *out,
-                                 struct bd_fault *fault)
+                                 struct bd_err_detail *detail)
 {
     int64_t row;
     uint64_t newest;
-    enum bd_err err = bd_journal_find_scene(journal, scene, &row, &newest, fault);
+    enum bd_err err = bd_journal_find_scene(journal, scene, &row, &newest, detail);
     if (err) return err;
     sqlite3_stmt *find = bd_journal_sql(journal, BD_SQL_FIND_EDIT);
     bd_bind_u64(find, 1, (uint64_t)row);
     bd_bind_text(find, 2, client_edit_id);
-    err = get_edit(journal, find, row, out, fault);
+    err = get_edit(journal, find, row, out, detail);
     if (err != BD_ERR_NOT_FOUND) return err;
-    return bd_fault_set(fault, err, "client_edit_id", "no edit of scene \"%.64s\" has id \"%.64s\"",
-                        scene, client_edit_id);
+    return bd_err_set(detail, err, "client_edit_id", "no edit of scene \"%.64s\" has id \"%.64s\"",
+                      scene, client_edit_id);
 }
 
 static enum bd_err log_start(struct bd_journal *journal, int64_t row, uint64_t after,
-                             uint32_t limit, uint64_t *out, struct bd_fault *fault)
+                             uint32_t limit, uint64_t *out, struct bd_err_detail *detail)
 {
     sqlite3_stmt *start = bd_journal_sql(journal, BD_SQL_LOG_START);
     bd_bind_u64(start, 1, (uint64_t)row);
     bd_bind_u64(start, 2, after);
     bd_bind_u64(start, 3, limit);
     int result = bd_journal_number(start, out);
-    return result ? bd_journal_fault(journal, result, "the log cannot be read", fault) : BD_ERR_OK;
+    return result ? bd_journal_err(journal, result, "the log cannot be read", detail) : BD_ERR_OK;
 }
 
 enum bd_err bd_journal_each_edit(struct bd_journal *journal, const char *scene, uint64_t after,
                                  uint32_t limit, bd_journal_edit_fn *visit, void *user,
-                                 struct bd_fault *fault)
+                                 struct bd_err_detail *detail)
 {
     int64_t row;
     uint64_t newest, first;
-    enum bd_err err = bd_journal_find_scene(journal, scene, &row, &newest, fault);
-    if (!err) err = log_start(journal, row, after, limit, &first, fault);
+    enum bd_err err = bd_journal_find_scene(journal, scene, &row, &newest, detail);
+    if (!err) err = log_start(journal, row, after, limit, &first, detail);
     if (err || first == 0) return err;
     sqlite3_stmt *heads = bd_journal_sql(journal, BD_SQL_EDIT_HEADS);
     bd_bind_u64(heads, 1, (uint64_t)row);
@@ -151,15 +151,16 @@ enum bd_err bd_journal_each_edit(struct bd_journal *journal, const char *scene, 
                    (unsigned long long)edit.revision);
     }
     int result = bd_journal_done(heads, step);
-    return result ? bd_journal_fault(journal, result, "the log cannot be read", fault) : BD_ERR_OK;
+    return result ? bd_journal_err(journal, result, "the log cannot be read", detail) : BD_ERR_OK;
 }
 
 enum bd_err bd_journal_each_name(struct bd_journal *journal, const char *scene,
-                                 bd_journal_name_fn *visit, void *user, struct bd_fault *fault)
+                                 bd_journal_name_fn *visit, void *user,
+                                 struct bd_err_detail *detail)
 {
     int64_t row;
     uint64_t newest;
-    enum bd_err err = bd_journal_find_scene(journal, scene, &row, &newest, fault);
+    enum bd_err err = bd_journal_find_scene(journal, scene, &row, &newest, detail);
     if (err) return err;
     sqlite3_stmt *names = bd_journal_sql(journal, BD_SQL_NAMES);
     bd_bind_u64(names, 1, (uint64_t)row);
@@ -174,7 +175,7 @@ enum bd_err bd_journal_each_name(struct bd_journal *journal, const char *scene,
                    (unsigned long long)revision);
     }
     int result = bd_journal_done(names, step);
-    return result ? bd_journal_fault(journal, result, "names cannot be read", fault) : BD_ERR_OK;
+    return result ? bd_journal_err(journal, result, "names cannot be read", detail) : BD_ERR_OK;
 }
 
 int bd_journal_snapshot_before(struct bd_journal *journal, int64_t row, uint64_t revision,
@@ -201,22 +202,22 @@ static int are_all_there(struct bd_journal *journal, int64_t row, uint64_t from,
 }
 
 enum bd_err bd_journal_can_reach(struct bd_journal *journal, int64_t row, uint64_t revision,
-                                 bool *out, struct bd_fault *fault)
+                                 bool *out, struct bd_err_detail *detail)
 {
     uint64_t from;
     int result = bd_journal_snapshot_before(journal, row, revision, &from);
     *out = false;
     if (!result && from) result = are_all_there(journal, row, from, revision, out);
-    return result ? bd_journal_fault(journal, result, "the journal cannot be read", fault)
+    return result ? bd_journal_err(journal, result, "the journal cannot be read", detail)
                   : BD_ERR_OK;
 }
 
 enum bd_err bd_journal_oldest(struct bd_journal *journal, const char *scene, uint64_t *out,
-                              struct bd_fault *fault)
+                              struct bd_err_detail *detail)
 {
     int64_t row;
     uint64_t at, from;
-    enum bd_err err = bd_journal_find_scene(journal, scene, &row, &at, fault);
+    enum bd_err err = bd_journal_find_scene(journal, scene, &row, &at, detail);
     if (err) return err;
     bool is_chain = true;
     int result = bd_journal_snapshot_before(journal, row, at, &from);
@@ -227,7 +228,7 @@ enum bd_err bd_journal_oldest(struct bd_journal *journal, const char *scene, uin
         result = bd_journal_snapshot_before(journal, row, at - 1, &from);
     }
     *out = at;
-    return result ? bd_journal_fault(journal, result, "the journal cannot be read", fault)
+    return result ? bd_journal_err(journal, result, "the journal cannot be read", detail)
                   : BD_ERR_OK;
 }
 
@@ -241,13 +242,13 @@ static uint64_t log_bytes(struct bd_journal *journal)
 }
 
 enum bd_err bd_journal_get_stats(struct bd_journal *journal, struct bd_journal_stats *out,
-                                 struct bd_fault *fault)
+                                 struct bd_err_detail *detail)
 {
     uint64_t page_count, free_count;
     int result = bd_journal_number(bd_journal_sql(journal, BD_SQL_PAGES), &page_count);
     if (!result)
         result = bd_journal_number(bd_journal_sql(journal, BD_SQL_FREE_PAGES), &free_count);
-    if (result) return bd_journal_fault(journal, result, "the journal cannot be read", fault);
+    if (result) return bd_journal_err(journal, result, "the journal cannot be read", detail);
     sqlite3_stmt *counts = bd_journal_sql(journal, BD_SQL_COUNTS);
     int step = sqlite3_step(counts);
     *out = (struct bd_journal_stats){
@@ -260,6 +261,6 @@ enum bd_err bd_journal_get_stats(struct bd_journal *journal, struct bd_journal_s
         .free_bytes = free_count * BD_JOURNAL_PAGE_BYTES,
     };
     result = bd_journal_done(counts, step);
-    return result ? bd_journal_fault(journal, result, "the journal cannot be read", fault)
+    return result ? bd_journal_err(journal, result, "the journal cannot be read", detail)
                   : BD_ERR_OK;
 }

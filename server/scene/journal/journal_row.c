@@ -59,7 +59,7 @@ bool bd_row_edit(sqlite3_stmt *row, int64_t scene, struct bd_journal_edit *out)
 }
 
 enum bd_err bd_journal_find_scene(struct bd_journal *journal, const char *scene, int64_t *row,
-                                  uint64_t *revision, struct bd_fault *fault)
+                                  uint64_t *revision, struct bd_err_detail *detail)
 {
     sqlite3_stmt *find = bd_journal_sql(journal, BD_SQL_FIND_SCENE);
     bd_bind_text(find, 1, scene);
@@ -69,8 +69,8 @@ enum bd_err bd_journal_find_scene(struct bd_journal *journal, const char *scene,
         *row = sqlite3_column_int64(find, 5);
     }
     int result = bd_journal_done(find, step);
-    if (result) return bd_journal_fault(journal, result, "a scene cannot be read", fault);
+    if (result) return bd_journal_err(journal, result, "a scene cannot be read", detail);
     if (step == SQLITE_ROW) return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_NOT_FOUND, "scene", "the journal has no scene \"%.64s\"",
-                        scene);
+    return bd_err_set(detail, BD_ERR_NOT_FOUND, "scene", "the journal has no scene \"%.64s\"",
+                      scene);
 }

@@ -266,9 +266,9 @@ static int set_state(struct bd_journal *journal, const struct bd_journal_state *
 }
 
 static int build_anew(const char *path, struct bd_journal *journal, struct bd_identity *identity,
-                      struct bd_fault *fault)
+                      struct bd_err_detail *detail)
 {
-    if (bd_journal_connect(journal, fault)) return SQLITE_CANTOPEN;
+    if (bd_journal_connect(journal, detail)) return SQLITE_CANTOPEN;
     // What is in the log goes into the file.
     int result = bd_identity_settle(identity, identity->base);
     if (!result) result = copy_tables(path, journal);
@@ -329,7 +329,7 @@ static void remove_file(const char *path)
 }
 
 enum bd_err bd_journal_salvage(const char *path, const char *where, struct bd_identity *identity,
-                               struct bd_fault *fault)
+                               struct bd_err_detail *detail)
 {
     struct bd_journal *journal = calloc(1, sizeof *journal);
     BD_ASSERT(journal);
@@ -338,7 +338,7 @@ enum bd_err bd_journal_salvage(const char *path, const char *where, struct bd_id
     bd_log(BD_LOG_WARN, "journal", "%s is damaged (%s): what is whole in it is copied", path,
            where);
     remove_file(journal->path);
-    int result = build_anew(path, journal, identity, fault);
+    int result = build_anew(path, journal, identity, detail);
     bd_journal_disconnect(journal);
     bool is_done = !result && change_places(path, journal->path, kept, sizeof kept);
     if (is_done)
@@ -348,12 +348,12 @@ enum bd_err bd_journal_salvage(const char *path, const char *where, struct bd_id
     free(journal);
     if (is_done) return BD_ERR_OK;
     if (result == SQLITE_FULL)
-        return bd_fault_set(fault, BD_ERR_NO_MEMORY, "data",
-                            "%s is damaged (%s), and the disk has no room for a copy of what is "
-                            "whole in it: make room",
-                            path, where);
-    return bd_fault_set(fault, BD_ERR_IO, "data",
-                        "%s is damaged (%s) and could not be built anew (%s): mend it, or move it "
-                        "away to begin without scenes",
-                        path, where, result ? sqlite3_errstr(result) : strerror(errno));
+        return bd_err_set(detail, BD_ERR_NO_MEMORY, "data",
+                          "%s is damaged (%s), and the disk has no room for a copy of what is "
+                          "whole in it: make room",
+                          path, where);
+    return bd_err_set(detail, BD_ERR_IO, "data",
+                      "%s is damaged (%s) and could not be built anew (%s): mend it, or move it "
+                      "away to begin without scenes",
+                      path, where, result ? sqlite3_errstr(result) : strerror(errno));
 }

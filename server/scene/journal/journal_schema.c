@@ -147,28 +147,28 @@ static int set_for_writing(sqlite3 *db)
                         NULL, NULL, NULL);
 }
 
-static enum bd_err open_fault(struct bd_journal *journal, int result, struct bd_fault *fault)
+static enum bd_err open_err(struct bd_journal *journal, int result, struct bd_err_detail *detail)
 {
     journal->is_damaged = bd_journal_is_damage(result);
-    return bd_journal_fault(journal, result, "the journal cannot be opened", fault);
+    return bd_journal_err(journal, result, "the journal cannot be opened", detail);
 }
 
 static enum bd_err check_version(struct bd_journal *journal, uint32_t *version,
-                                 struct bd_fault *fault)
+                                 struct bd_err_detail *detail)
 {
     long long number, application, tables;
     int result = read_number(journal->db, "PRAGMA user_version", &number);
     if (!result) result = read_number(journal->db, "PRAGMA application_id", &application);
     if (!result) result = read_number(journal->db, "SELECT count(*) FROM sqlite_schema", &tables);
-    if (result) return open_fault(journal, result, fault);
+    if (result) return open_err(journal, result, detail);
     bool is_empty = number == 0 && application == 0 && tables == 0;
     if (!is_empty && application != APPLICATION_ID)
-        return bd_fault_set(fault, BD_ERR_IO, "data", "%s is no journal of bounced", journal->name);
+        return bd_err_set(detail, BD_ERR_IO, "data", "%s is no journal of bounced", journal->name);
     if (number < 0 || number > BD_JOURNAL_FORMAT)
-        return bd_fault_set(fault, BD_ERR_UNSUPPORTED, "data",
-                            "%s has format %lld, of a newer bounced; this one knows formats up to "
-                            "%d: use the newer one, or another data directory",
-                            journal->name, number, BD_JOURNAL_FORMAT);
+        return bd_err_set(detail, BD_ERR_UNSUPPORTED, "data",
+                          "%s has format %lld, of a newer bounced; this one knows formats up to "
+                          "%d: use the newer one, or another data directory",
+                          journal->name, number, BD_JOURNAL_FORMAT);
     *version = (uint32_t)number;
     return BD_ERR_OK;
 }
@@ -183,7 +183,7 @@ static int prepare(struct bd_journal *journal)
     return result == SQLITE_ERROR ? SQLITE_CORRUPT : result;
 }
 
-enum bd_err bd_journal_connect(struct bd_journal *journal, struct bd_fault *fault)
+enum bd_err bd_journal_connect(struct bd_journal *journal, struct bd_err_detail *detail)
 {
     int flags = SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOMUTEX |
                 SQLITE_OPEN_EXRESCODE | SQLITE_OPEN_PRIVATECACHE;
@@ -193,16 +193,16 @@ enum bd_err bd_journal_connect(struct bd_journal *journal, struct bd_fault *faul
     if (!result && journal->identity.file)
         sqlite3_db_config(journal->db, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, NULL);
     if (!result) result = set_before_reading(journal->db);
-    if (result) return open_fault(journal, result, fault);
+    if (result) return open_err(journal, result, detail);
     uint32_t version = 0;
-    enum bd_err err = check_version(journal, &version, fault);
+    enum bd_err err = check_version(journal, &version, detail);
     if (err) return err;
     if (version == 0) result = set_for_new(journal->db);
     if (!result) result = set_for_writing(journal->db);
     if (!result) result = bd_journal_migrate(journal->db, version, steps, BD_JOURNAL_FORMAT);
     if (!result) result = prepare(journal);
     if (!result) result = bd_journal_read_state(journal);
-    return result ? open_fault(journal, result, fault) : BD_ERR_OK;
+    return result ? open_err(journal, result, detail) : BD_ERR_OK;
 }
 
 void bd_journal_disconnect(struct bd_journal *journal)

@@ -129,39 +129,39 @@ static bool is_full(struct bd_journal *journal, int result)
            (system == ENOSPC || system == EDQUOT);
 }
 
-enum bd_err bd_journal_fault(struct bd_journal *journal, int result, const char *what,
-                             struct bd_fault *fault)
+enum bd_err bd_journal_err(struct bd_journal *journal, int result, const char *what,
+                           struct bd_err_detail *detail)
 {
     const char *path = journal->name;
     BD_ASSERT_CMP(result, !=, SQLITE_OK);
     if (is_full(journal, result))
-        return bd_fault_set(fault, BD_ERR_NO_MEMORY, "data", "%s: the disk of %s is full", what,
-                            path);
+        return bd_err_set(detail, BD_ERR_NO_MEMORY, "data", "%s: the disk of %s is full", what,
+                          path);
     if (bd_journal_is_damage(result)) suspect(journal);
     if (bd_journal_is_damage(result))
-        return bd_fault_set(fault, BD_ERR_IO, "data", "%s: %s is damaged%s", what, path,
-                            journal->is_copy ? "" : "; the next start mends it");
+        return bd_err_set(detail, BD_ERR_IO, "data", "%s: %s is damaged%s", what, path,
+                          journal->is_copy ? "" : "; the next start mends it");
     if (result == SQLITE_READONLY_DBMOVED)
-        return bd_fault_set(fault, BD_ERR_IO, "data",
-                            "%s: %s or its log is not where it was when the daemon began: moved, "
-                            "removed or replaced; put it back, or end the daemon",
-                            what, path);
+        return bd_err_set(detail, BD_ERR_IO, "data",
+                          "%s: %s or its log is not where it was when the daemon began: moved, "
+                          "removed or replaced; put it back, or end the daemon",
+                          what, path);
     switch (result & 0xff) {
     case SQLITE_NOMEM:
-        return bd_fault_set(fault, BD_ERR_NO_MEMORY, "", "%s: out of memory", what);
+        return bd_err_set(detail, BD_ERR_NO_MEMORY, "", "%s: out of memory", what);
     case SQLITE_BUSY:
     case SQLITE_LOCKED:
-        return bd_fault_set(fault, BD_ERR_CONFLICT, "data", "%s: another program has %s open", what,
-                            path);
+        return bd_err_set(detail, BD_ERR_CONFLICT, "data", "%s: another program has %s open", what,
+                          path);
     case SQLITE_READONLY:
     case SQLITE_PERM:
-        return bd_fault_set(fault, BD_ERR_IO, "data", "%s: %s is read-only", what, path);
+        return bd_err_set(detail, BD_ERR_IO, "data", "%s: %s is read-only", what, path);
     default:;
     }
     int system = system_error(journal);
-    return bd_fault_set(fault, BD_ERR_IO, "data", "%s: %s: %s (%d)%s%s", what, path,
-                        sqlite3_errstr(result), result, system ? ", " : "",
-                        system ? strerror(system) : "");
+    return bd_err_set(detail, BD_ERR_IO, "data", "%s: %s: %s (%d)%s%s", what, path,
+                      sqlite3_errstr(result), result, system ? ", " : "",
+                      system ? strerror(system) : "");
 }
 
 int bd_journal_begin(struct bd_journal *journal)

@@ -132,105 +132,107 @@ static int look(const struct bd_journal *journal, struct look *out)
 #define WAY_OUT                                                                                    \
     "; nothing was changed: put back what belongs there, or start once with --accept-journal to "
 
-static enum bd_err refuse_missing(const struct bd_journal *journal, struct bd_fault *fault)
+static enum bd_err refuse_missing(const struct bd_journal *journal, struct bd_err_detail *detail)
 {
-    return bd_fault_set(fault, BD_ERR_IO, "data",
-                        "%s is missing or empty, and %s says that it had %llu writes" WAY_OUT
-                        "begin without scenes",
-                        journal->name, journal->identity.path,
-                        (unsigned long long)journal->identity.state.sequence);
+    return bd_err_set(detail, BD_ERR_IO, "data",
+                      "%s is missing or empty, and %s says that it had %llu writes" WAY_OUT
+                      "begin without scenes",
+                      journal->name, journal->identity.path,
+                      (unsigned long long)journal->identity.state.sequence);
 }
 
-static enum bd_err refuse_nameless(const struct bd_journal *journal, struct bd_fault *fault)
+static enum bd_err refuse_nameless(const struct bd_journal *journal, struct bd_err_detail *detail)
 {
-    return bd_fault_set(fault, BD_ERR_IO, "data",
-                        "%s is missing or empty, and %s, which is damaged, cannot say whether it "
-                        "had scenes" WAY_OUT "begin without scenes",
-                        journal->name, journal->identity.path);
+    return bd_err_set(detail, BD_ERR_IO, "data",
+                      "%s is missing or empty, and %s, which is damaged, cannot say whether it "
+                      "had scenes" WAY_OUT "begin without scenes",
+                      journal->name, journal->identity.path);
 }
 
-static enum bd_err refuse_lone_log(const struct bd_journal *journal, struct bd_fault *fault)
+static enum bd_err refuse_lone_log(const struct bd_journal *journal, struct bd_err_detail *detail)
 {
-    return bd_fault_set(fault, BD_ERR_IO, "data",
-                        "%s is missing, and its log %s-wal is there" WAY_OUT "begin without scenes",
-                        journal->name, BD_JOURNAL_FILE);
+    return bd_err_set(detail, BD_ERR_IO, "data",
+                      "%s is missing, and its log %s-wal is there" WAY_OUT "begin without scenes",
+                      journal->name, BD_JOURNAL_FILE);
 }
 
-static enum bd_err refuse_without_log(const struct bd_journal *journal, struct bd_fault *fault)
+static enum bd_err refuse_without_log(const struct bd_journal *journal,
+                                      struct bd_err_detail *detail)
 {
-    return bd_fault_set(fault, BD_ERR_IO, "data",
-                        "the log of %s, %s-wal, is missing, and it was in use when the daemon "
-                        "ended" WAY_OUT "go on with what is there",
-                        journal->name, BD_JOURNAL_FILE);
+    return bd_err_set(detail, BD_ERR_IO, "data",
+                      "the log of %s, %s-wal, is missing, and it was in use when the daemon "
+                      "ended" WAY_OUT "go on with what is there",
+                      journal->name, BD_JOURNAL_FILE);
 }
 
-static enum bd_err refuse_log(const struct bd_journal *journal, struct bd_fault *fault)
+static enum bd_err refuse_log(const struct bd_journal *journal, struct bd_err_detail *detail)
 {
-    return bd_fault_set(fault, BD_ERR_IO, "data",
-                        "the log of %s, %s-wal, is an older copy: the two do not fit" WAY_OUT
-                        "go on with what is there",
-                        journal->name, BD_JOURNAL_FILE);
+    return bd_err_set(detail, BD_ERR_IO, "data",
+                      "the log of %s, %s-wal, is an older copy: the two do not fit" WAY_OUT
+                      "go on with what is there",
+                      journal->name, BD_JOURNAL_FILE);
 }
 
-static enum bd_err refuse_other(const struct bd_journal *journal, struct bd_fault *fault)
+static enum bd_err refuse_other(const struct bd_journal *journal, struct bd_err_detail *detail)
 {
-    return bd_fault_set(fault, BD_ERR_IO, "data",
-                        "%s belongs to another data directory than %s" WAY_OUT "take it over",
-                        journal->name, journal->identity.path);
+    return bd_err_set(detail, BD_ERR_IO, "data",
+                      "%s belongs to another data directory than %s" WAY_OUT "take it over",
+                      journal->name, journal->identity.path);
 }
 
 static enum bd_err refuse_short(const struct bd_journal *journal, const struct look *look,
-                                struct bd_fault *fault)
+                                struct bd_err_detail *detail)
 {
     const char *why = look->has_log ? "it or its log is an older copy, or the log is damaged"
                                     : "it is an older copy";
-    return bd_fault_set(fault, BD_ERR_IO, "data",
-                        "%s ends at write %llu of %llu that were kept: %s" WAY_OUT
-                        "go on with what is there",
-                        journal->name, (unsigned long long)look->state.sequence,
-                        (unsigned long long)journal->identity.state.sequence, why);
+    return bd_err_set(detail, BD_ERR_IO, "data",
+                      "%s ends at write %llu of %llu that were kept: %s" WAY_OUT
+                      "go on with what is there",
+                      journal->name, (unsigned long long)look->state.sequence,
+                      (unsigned long long)journal->identity.state.sequence, why);
 }
 
 static enum bd_err refuse_old(const struct bd_journal *journal, const struct look *look,
-                              struct bd_fault *fault)
+                              struct bd_err_detail *detail)
 {
-    return bd_fault_set(fault, BD_ERR_IO, "data",
-                        "%s is an older copy: without its log it has %llu writes, and that log "
-                        "began after %llu" WAY_OUT "go on with what is there",
-                        journal->name, (unsigned long long)look->bare.sequence,
-                        (unsigned long long)journal->identity.base);
+    return bd_err_set(detail, BD_ERR_IO, "data",
+                      "%s is an older copy: without its log it has %llu writes, and that log "
+                      "began after %llu" WAY_OUT "go on with what is there",
+                      journal->name, (unsigned long long)look->bare.sequence,
+                      (unsigned long long)journal->identity.base);
 }
 
 static enum bd_err judge(const struct bd_journal *journal, const struct look *look,
-                         struct bd_fault *fault)
+                         struct bd_err_detail *detail)
 {
     const struct bd_identity *identity = &journal->identity;
-    if (!look->has_file && look->has_log) return refuse_lone_log(journal, fault);
-    if (!look->has_file && identity->is_damaged) return refuse_nameless(journal, fault);
+    if (!look->has_file && look->has_log) return refuse_lone_log(journal, detail);
+    if (!look->has_file && identity->is_damaged) return refuse_nameless(journal, detail);
     if (identity->is_blank || identity->state.sequence == 0) return BD_ERR_OK;
-    if (!look->has_file) return refuse_missing(journal, fault);
+    if (!look->has_file) return refuse_missing(journal, detail);
     if (look->knows && bd_state_is_named(&look->state) &&
         memcmp(look->state.identity, identity->state.identity, BD_IDENTITY_BYTES) != 0)
-        return refuse_other(journal, fault);
-    if (identity->needs_log && !look->has_log) return refuse_without_log(journal, fault);
+        return refuse_other(journal, detail);
+    if (identity->needs_log && !look->has_log) return refuse_without_log(journal, detail);
     if (look->knows_bare && look->bare.sequence < identity->base)
-        return refuse_old(journal, look, fault);
+        return refuse_old(journal, look, detail);
     if (look->knows_bare && look->has_log && !look->knows && !look->is_own_log)
-        return refuse_log(journal, fault);
+        return refuse_log(journal, detail);
     if (look->knows && look->state.sequence < identity->state.sequence)
-        return refuse_short(journal, look, fault);
+        return refuse_short(journal, look, detail);
     return BD_ERR_OK;
 }
 
 // A log that stays beside a new file would be taken for its own.
-static enum bd_err set_lone_log_aside(const struct bd_journal *journal, struct bd_fault *fault)
+static enum bd_err set_lone_log_aside(const struct bd_journal *journal,
+                                      struct bd_err_detail *detail)
 {
     char log[BD_JOURNAL_FILE_BYTES + 32], aside[BD_JOURNAL_FILE_BYTES + 64];
     snprintf(log, sizeof log, "%s-wal", journal->path);
     snprintf(aside, sizeof aside, "%s.lone", log);
     if (rename(log, aside) == 0) return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_IO, "data", "%s cannot be renamed to %s.lone", log,
-                        BD_JOURNAL_FILE "-wal");
+    return bd_err_set(detail, BD_ERR_IO, "data", "%s cannot be renamed to %s.lone", log,
+                      BD_JOURNAL_FILE "-wal");
 }
 
 // The identity that goes with what is there, before anything else is written: a database never
@@ -246,21 +248,21 @@ static int name(struct bd_journal *journal, const struct look *look)
 }
 
 enum bd_err bd_journal_check_state(struct bd_journal *journal, bool takes_all,
-                                   struct bd_fault *fault)
+                                   struct bd_err_detail *detail)
 {
     static const char cannot[] = "the data directory cannot be looked at";
     struct look seen = {0};
     int result = look(journal, &seen);
-    if (result) return bd_journal_fault(journal, result, cannot, fault);
-    struct bd_fault why = {0};
+    if (result) return bd_journal_err(journal, result, cannot, detail);
+    struct bd_err_detail why = {0};
     bool was_blank = journal->identity.is_blank;
     enum bd_err err = judge(journal, &seen, &why);
     if (err && !takes_all) {
-        if (fault) *fault = why;
+        if (detail) *detail = why;
         return err;
     }
     if (err) bd_log(BD_LOG_WARN, "journal", "--accept-journal: taken as it is: %s", why.message);
-    if (err && !seen.has_file && seen.has_log && set_lone_log_aside(journal, fault))
+    if (err && !seen.has_file && seen.has_log && set_lone_log_aside(journal, detail))
         return BD_ERR_IO;
     if (was_blank && seen.has_file && bd_state_is_named(&seen.state))
         bd_log(BD_LOG_WARN, "journal",
@@ -269,7 +271,7 @@ enum bd_err bd_journal_check_state(struct bd_journal *journal, bool takes_all,
                journal->identity.path, journal->name);
     if (!err && !was_blank) return BD_ERR_OK;
     result = name(journal, &seen);
-    return result ? bd_journal_fault(journal, result, "the data directory cannot be marked", fault)
+    return result ? bd_journal_err(journal, result, "the data directory cannot be marked", detail)
                   : BD_ERR_OK;
 }
 
@@ -312,7 +314,7 @@ bool bd_journal_is_in_place(const struct bd_journal *journal)
            now.log == journal->place.log;
 }
 
-enum bd_err bd_journal_take_state(struct bd_journal *journal, struct bd_fault *fault)
+enum bd_err bd_journal_take_state(struct bd_journal *journal, struct bd_err_detail *detail)
 {
     static const char cannot[] = "the journal cannot be marked";
     struct bd_identity *identity = &journal->identity;
@@ -324,5 +326,5 @@ enum bd_err bd_journal_take_state(struct bd_journal *journal, struct bd_fault *f
     int result = bd_journal_begin(journal);
     journal->changes_more = true;
     if (!result) result = bd_journal_end(journal, SQLITE_OK);
-    return result ? bd_journal_fault(journal, result, cannot, fault) : BD_ERR_OK;
+    return result ? bd_journal_err(journal, result, cannot, detail) : BD_ERR_OK;
 }

@@ -41,12 +41,13 @@ bool bd_content_write(const struct bd_content *content, bd_flat_sink sink, void 
 // Trusts nothing. BD_ERR_BAD_INPUT, BD_ERR_NO_MEMORY.
 BD_MUST_CHECK
 enum bd_err bd_content_read(const void *bytes, size_t size, struct bd_content *out,
-                            struct bd_fault *fault);
+                            struct bd_err_detail *detail);
 
 // The same from a source, of a kind that is known.
 BD_MUST_CHECK
 enum bd_err bd_content_receive(enum bd_content_kind kind, bd_flat_source source, void *user,
-                               uint64_t size_max, struct bd_content *out, struct bd_fault *fault);
+                               uint64_t size_max, struct bd_content *out,
+                               struct bd_err_detail *detail);
 
 // Calls `each` for all content that a snapshot needs; a thing may come more than once.
 typedef void (*bd_content_visit)(void *user, const struct bd_content *content);

@@ -275,15 +275,15 @@ bool bd_delta_merge(const struct bd_delta *first, const struct bd_delta *second,
 
 // How many slots there have to be. False if an id is beyond what there may be.
 static bool count_slots(const struct bd_delta *delta, struct bd_scene_counts *slots,
-                        struct bd_fault *fault)
+                        struct bd_err_detail *detail)
 {
     for (uint32_t i = 0; i < delta->count; i++) {
         const struct bd_change *change = &delta->changes[i];
         uint32_t *count = bd_slots_of(slots, change->kind);
         if (!count) continue;
         if (change->id >= BD_OBJECT_ID_END) {
-            (void)bd_fault_set(fault, BD_ERR_LIMIT, bd_object_kind_name(change->kind),
-                               "id %u, limit %u", change->id, BD_OBJECT_ID_END - 1);
+            (void)bd_err_set(detail, BD_ERR_LIMIT, bd_object_kind_name(change->kind),
+                             "id %u, limit %u", change->id, BD_OBJECT_ID_END - 1);
             return false;
         }
         if (change->id >= *count) *count = change->id + 1;
@@ -305,19 +305,19 @@ uint32_t bd_delta_growth(const struct bd_scene *base, const struct bd_delta *del
 }
 
 enum bd_err bd_delta_apply(const struct bd_scene *base, const struct bd_delta *delta,
-                           struct bd_scene **out, struct bd_fault *fault)
+                           struct bd_scene **out, struct bd_err_detail *detail)
 {
     struct bd_scene_counts slots = {0};
     *out = NULL;
-    if (!count_slots(delta, &slots, fault)) return BD_ERR_LIMIT;
+    if (!count_slots(delta, &slots, detail)) return BD_ERR_LIMIT;
     struct bd_scene *scene = bd_scene_copy(base, &slots);
-    if (!scene) return bd_fault_set(fault, BD_ERR_NO_MEMORY, "scene", "no memory for the scene");
+    if (!scene) return bd_err_set(detail, BD_ERR_NO_MEMORY, "scene", "no memory for the scene");
     for (uint32_t i = 0; i < delta->count; i++) {
         bd_change_retain(&delta->changes[i]);
         store_state(scene, delta->changes[i]);
     }
-    enum bd_err err = bd_scene_check_references(scene, fault);
-    if (err == BD_ERR_OK) err = bd_derive_from(scene, base, fault);
+    enum bd_err err = bd_scene_check_references(scene, detail);
+    if (err == BD_ERR_OK) err = bd_derive_from(scene, base, detail);
     if (err != BD_ERR_OK) {
         bd_scene_release(&scene);
         return err;

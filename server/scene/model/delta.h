@@ -65,11 +65,11 @@ bool bd_delta_take(struct bd_delta *delta, const struct bd_scene *scene, enum bd
 
 // The finished snapshot that `base` becomes, with its hash; the caller owns it. It shares what is
 // heavy, and keeps the counters of all aspects that are, as derived, what they were. Refused where
-// something refers to what is not there, or a node to itself: BD_ERR_BAD_INPUT, and the fault names
+// something refers to what is not there, or a node to itself: BD_ERR_BAD_INPUT, and the error names
 // it. BD_ERR_LIMIT for ids beyond BD_OBJECT_ID_END, BD_ERR_NO_MEMORY.
 BD_MUST_CHECK
 enum bd_err bd_delta_apply(const struct bd_scene *base, const struct bd_delta *delta,
-                           struct bd_scene **out, struct bd_fault *fault);
+                           struct bd_scene **out, struct bd_err_detail *detail);
 
 // What takes back `delta` from what it makes of `base`. `*out` is the caller's to finish. These two
 // are false only without memory.
@@ -117,7 +117,7 @@ bool bd_delta_write(const struct bd_delta *delta, bd_flat_sink sink, void *user)
 // BD_ERR_NO_MEMORY. `*out` is the caller's to finish; empty after a failure.
 BD_MUST_CHECK
 enum bd_err bd_delta_read(const void *bytes, size_t size, bd_content_find find, void *user,
-                          struct bd_delta *out, struct bd_fault *fault);
+                          struct bd_delta *out, struct bd_err_detail *detail);
 void bd_content_of_delta(const struct bd_delta *delta, bd_content_visit each, void *user);
 
 // How many slots applying it adds to the kind that grows most: what it adds, and the ids in

@@ -89,7 +89,7 @@ static void read_change(struct bd_flat_io *io, struct bd_delta *out)
 }
 
 enum bd_err bd_delta_read(const void *bytes, size_t size, bd_content_find find, void *user,
-                          struct bd_delta *out, struct bd_fault *fault)
+                          struct bd_delta *out, struct bd_err_detail *detail)
 {
     struct bd_flat_io io;
     *out = (struct bd_delta){0};
@@ -101,7 +101,7 @@ enum bd_err bd_delta_read(const void *bytes, size_t size, bd_content_find find, 
     uint32_t count = 0;
     bd_flat_u32(&io, &count);
     for (uint32_t i = 0; i < count && !io.failed; i++) read_change(&io, out);
-    enum bd_err err = bd_flat_io_verdict(&io, "delta", fault);
+    enum bd_err err = bd_flat_io_verdict(&io, "delta", detail);
     if (err != BD_ERR_OK) bd_delta_finish(out);
     return err;
 }

@@ -140,7 +140,7 @@ static void derive_surfaces(struct bd_scene *scene, const struct bd_scene *base,
 }
 
 enum bd_err bd_derive_from(struct bd_scene *scene, const struct bd_scene *base,
-                           struct bd_fault *fault)
+                           struct bd_err_detail *detail)
 {
     scene->authored_light_count = scene->light_count;
     scene->authored_camera_count = scene->camera_count;
@@ -158,11 +158,11 @@ enum bd_err bd_derive_from(struct bd_scene *scene, const struct bd_scene *base,
     return BD_ERR_OK;
 
 no_memory:
-    return bd_fault_set(fault, BD_ERR_NO_MEMORY, "scene", "no memory for %u nodes",
-                        scene->node_count);
+    return bd_err_set(detail, BD_ERR_NO_MEMORY, "scene", "no memory for %u nodes",
+                      scene->node_count);
 }
 
-enum bd_err bd_scene_finish(struct bd_scene *scene, struct bd_fault *fault)
+enum bd_err bd_scene_finish(struct bd_scene *scene, struct bd_err_detail *detail)
 {
-    return bd_derive_from(scene, NULL, fault);
+    return bd_derive_from(scene, NULL, detail);
 }

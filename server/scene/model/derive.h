@@ -56,7 +56,7 @@ void bd_derive_aspects(struct bd_scene *scene, const struct bd_scene *base, uint
 // bd_scene_finish for a scene that came of a finished one: what is the same is taken over.
 BD_MUST_CHECK
 enum bd_err bd_derive_from(struct bd_scene *scene, const struct bd_scene *base,
-                           struct bd_fault *fault);
+                           struct bd_err_detail *detail);
 
 // copy.c: empty slots, and a scene to be edited.
 extern const struct bd_texture bd_texture_removed;

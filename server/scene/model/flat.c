@@ -109,42 +109,43 @@ bool bd_flat_write_fetching(const struct bd_scene *scene, bd_flat_texels texels,
     return bd_flat_io_flush(&io);
 }
 
-static enum bd_err read_scene(struct bd_flat_io *io, struct bd_scene **out, struct bd_fault *fault)
+static enum bd_err read_scene(struct bd_flat_io *io, struct bd_scene **out,
+                              struct bd_err_detail *detail)
 {
     struct bd_scene *scene = bd_scene_create();
     visit_scene(io, scene);
-    enum bd_err err = bd_flat_io_verdict(io, "flat scene", fault);
-    if (err == BD_ERR_OK) err = bd_scene_check_references(scene, fault);
+    enum bd_err err = bd_flat_io_verdict(io, "flat scene", detail);
+    if (err == BD_ERR_OK) err = bd_scene_check_references(scene, detail);
     if (err != BD_ERR_OK) bd_scene_release(&scene);
     *out = scene;
     return err;
 }
 
 enum bd_err bd_flat_read(const void *bytes, size_t size, struct bd_scene **out,
-                         struct bd_fault *fault)
+                         struct bd_err_detail *detail)
 {
     struct bd_flat_io io;
     bd_flat_io_read_from(&io, bytes, size);
-    return read_scene(&io, out, fault);
+    return read_scene(&io, out, detail);
 }
 
 enum bd_err bd_flat_receive(bd_flat_source source, void *user, uint64_t size_max,
-                            struct bd_scene **out, struct bd_fault *fault)
+                            struct bd_scene **out, struct bd_err_detail *detail)
 {
     struct bd_flat_io io;
     bd_flat_io_read_source(&io, source, user, size_max);
-    return read_scene(&io, out, fault);
+    return read_scene(&io, out, detail);
 }
 
 enum bd_err bd_flat_read_index(const void *bytes, size_t size, bd_content_find find, void *user,
-                               struct bd_scene **out, struct bd_fault *fault)
+                               struct bd_scene **out, struct bd_err_detail *detail)
 {
     struct bd_flat_io io;
     bd_flat_io_read_from(&io, bytes, size);
     io.is_index = true;
     io.find = find;
     io.find_user = user;
-    enum bd_err err = read_scene(&io, out, fault);
+    enum bd_err err = read_scene(&io, out, detail);
     if (err == BD_ERR_OK) bd_scene_set_hash(*out);
     return err;
 }

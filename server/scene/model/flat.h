@@ -36,10 +36,10 @@ BD_MUST_CHECK
 bool bd_flat_write(const struct bd_scene *scene, bd_flat_sink sink, void *user);
 
 // On success the caller owns an unfinished scene (call bd_scene_finish). On failure
-// BD_ERR_BAD_INPUT, and `fault` names the part and the byte offset; or BD_ERR_NO_MEMORY.
+// BD_ERR_BAD_INPUT, and `detail` names the part and the byte offset; or BD_ERR_NO_MEMORY.
 BD_MUST_CHECK
 enum bd_err bd_flat_read(const void *bytes, size_t size, struct bd_scene **out,
-                         struct bd_fault *fault);
+                         struct bd_err_detail *detail);
 
 // The texels of the next picture, in order, for free(); NULL ends the writing.
 typedef uint8_t *(*bd_flat_texels)(void *user);
@@ -58,7 +58,7 @@ typedef bool (*bd_flat_source)(void *user, void *bytes, size_t size);
 // follows the scene is not looked at.
 BD_MUST_CHECK
 enum bd_err bd_flat_receive(bd_flat_source source, void *user, uint64_t size_max,
-                            struct bd_scene **out, struct bd_fault *fault);
+                            struct bd_scene **out, struct bd_err_detail *detail);
 
 struct bd_content;
 // Finds content of `out->kind` by its SHA-256 and gives a reference to it; false if there is none.
@@ -68,11 +68,11 @@ typedef bool (*bd_content_find)(void *user, const uint8_t sha256[32], struct bd_
 BD_MUST_CHECK
 bool bd_flat_write_index(const struct bd_scene *scene, bd_flat_sink sink, void *user);
 
-// Content that `find` does not find: BD_ERR_NOT_FOUND, and `fault` names it. The scene that is read
-// has its content_sha256 set.
+// Content that `find` does not find: BD_ERR_NOT_FOUND, and `detail` names it. The scene that is
+// read has its content_sha256 set.
 BD_MUST_CHECK
 enum bd_err bd_flat_read_index(const void *bytes, size_t size, bd_content_find find, void *user,
-                               struct bd_scene **out, struct bd_fault *fault);
+                               struct bd_scene **out, struct bd_err_detail *detail);
 
 // Sets content_sha256: the SHA-256 of the index.
 void bd_scene_set_hash(struct bd_scene *scene);

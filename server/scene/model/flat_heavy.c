@@ -332,11 +332,11 @@ static void seal_content(const struct bd_content *content)
 }
 
 static enum bd_err finish_content(struct bd_flat_io *io, struct bd_content *out,
-                                  struct bd_fault *fault)
+                                  struct bd_err_detail *detail)
 {
     new_content(io, out);
     if (!io->failed) visit_content(io, out);
-    enum bd_err err = bd_flat_io_verdict(io, "content", fault);
+    enum bd_err err = bd_flat_io_verdict(io, "content", detail);
     if (err == BD_ERR_OK)
         seal_content(out);
     else
@@ -345,21 +345,22 @@ static enum bd_err finish_content(struct bd_flat_io *io, struct bd_content *out,
 }
 
 enum bd_err bd_content_receive(enum bd_content_kind kind, bd_flat_source source, void *user,
-                               uint64_t size_max, struct bd_content *out, struct bd_fault *fault)
+                               uint64_t size_max, struct bd_content *out,
+                               struct bd_err_detail *detail)
 {
     struct bd_flat_io io;
     *out = (struct bd_content){.kind = kind};
     bd_flat_io_read_source(&io, source, user, size_max);
-    return finish_content(&io, out, fault);
+    return finish_content(&io, out, detail);
 }
 
 enum bd_err bd_content_read(const void *bytes, size_t size, struct bd_content *out,
-                            struct bd_fault *fault)
+                            struct bd_err_detail *detail)
 {
     struct bd_flat_io io;
     *out = (struct bd_content){.kind = BD_CONTENT_MESH};
     bd_flat_io_read_from(&io, bytes, size);
     if (!kind_of(bytes, size, &out->kind))
-        return bd_fault_set(fault, BD_ERR_BAD_INPUT, "content", "is no mesh, picture or sky map");
-    return finish_content(&io, out, fault);
+        return bd_err_set(detail, BD_ERR_BAD_INPUT, "content", "is no mesh, picture or sky map");
+    return finish_content(&io, out, detail);
 }

@@ -63,19 +63,20 @@ bool bd_flat_io_flush(struct bd_flat_io *io)
     return !io->failed;
 }
 
-enum bd_err bd_flat_io_verdict(struct bd_flat_io *io, const char *what, struct bd_fault *fault)
+enum bd_err bd_flat_io_verdict(struct bd_flat_io *io, const char *what,
+                               struct bd_err_detail *detail)
 {
     if (!io->failed && !io->source && bd_flat_left(io) > 0) bd_flat_fail(io);
     if (io->no_memory)
-        return bd_fault_set(fault, BD_ERR_NO_MEMORY, io->part, "no memory for the %s", what);
+        return bd_err_set(detail, BD_ERR_NO_MEMORY, io->part, "no memory for the %s", what);
     if (io->missing) {
         char hex[BD_SHA256_HEX];
         bd_sha256_hex(io->missing, hex);
-        return bd_fault_set(fault, BD_ERR_NOT_FOUND, io->part, "content sha256:%s is missing", hex);
+        return bd_err_set(detail, BD_ERR_NOT_FOUND, io->part, "content sha256:%s is missing", hex);
     }
     if (io->failed)
-        return bd_fault_set(fault, BD_ERR_BAD_INPUT, io->part, "%s is damaged near byte %zu", what,
-                            io->offset);
+        return bd_err_set(detail, BD_ERR_BAD_INPUT, io->part, "%s is damaged near byte %zu", what,
+                          io->offset);
     return BD_ERR_OK;
 }
 

@@ -27,7 +27,7 @@ struct bd_flat_io {
     bool failed;
     bool no_memory;
     bool is_index;    // heavy objects by their SHA-256
-    const char *part; // what is being visited, for the fault
+    const char *part; // what is being visited, for the error
     uint8_t *missing; // of the content that nobody has; points into missing_sha256
     // writing
     bd_flat_sink sink;
@@ -56,7 +56,8 @@ bool bd_flat_io_flush(struct bd_flat_io *io);
 // After reading: BD_ERR_OK only if all went well and nothing is left over (of a source, whose end
 // its owner sees, that is not asked). `what` names the whole.
 BD_MUST_CHECK
-enum bd_err bd_flat_io_verdict(struct bd_flat_io *io, const char *what, struct bd_fault *fault);
+enum bd_err bd_flat_io_verdict(struct bd_flat_io *io, const char *what,
+                               struct bd_err_detail *detail);
 
 void bd_flat_enter(struct bd_flat_io *io, const char *part);
 void bd_flat_fail(struct bd_flat_io *io);

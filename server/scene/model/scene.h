@@ -295,7 +295,7 @@ struct bd_scene *bd_scene_create(void);
 // where the file has none the default camera and the default light rig, flagged `default_camera`
 // and `default_lights`. Call once, before publishing.
 BD_MUST_CHECK
-enum bd_err bd_scene_finish(struct bd_scene *scene, struct bd_fault *fault);
+enum bd_err bd_scene_finish(struct bd_scene *scene, struct bd_err_detail *detail);
 bool bd_scene_is_finished(const struct bd_scene *scene);
 // Whether its punctual lights are the default rig, and something else shines: a surface, for who is
 // lit by emitters, or an environment, for who is lit by that. They do without the rig.
@@ -334,10 +334,10 @@ uint32_t bd_mesh_count_against_winding(const struct bd_mesh *mesh);
 struct bd_mesh *bd_mesh_alias(struct bd_mesh *mesh);
 
 // Whether all that is referred to exists and is not removed, and no node is its own ancestor: what
-// a snapshot from a file or a journal has to prove. The fault names the first that is not so.
+// a snapshot from a file or a journal has to prove. The error names the first that is not so.
 // BD_ERR_BAD_INPUT, BD_ERR_NO_MEMORY.
 BD_MUST_CHECK
-enum bd_err bd_scene_check_references(const struct bd_scene *scene, struct bd_fault *fault);
+enum bd_err bd_scene_check_references(const struct bd_scene *scene, struct bd_err_detail *detail);
 
 // False if some node is its own ancestor (named in `looping_node`, which may be NULL). Takes
 // memory for a mark a node; without it, false.

@@ -44,11 +44,12 @@ struct bd_slot *bd_slot_find(const struct bd_store *store, const char *id)
     return NULL;
 }
 
-struct bd_slot *bd_slot_get(const struct bd_store *store, const char *id, struct bd_fault *fault)
+struct bd_slot *bd_slot_get(const struct bd_store *store, const char *id,
+                            struct bd_err_detail *detail)
 {
     struct bd_slot *slot = bd_slot_find(store, id);
     if (slot && slot->is_listed && !slot->is_leaving) return slot;
-    bd_fault_set(fault, BD_ERR_NOT_FOUND, "scene", "there is no scene \"%.32s\"", id);
+    bd_err_set(detail, BD_ERR_NOT_FOUND, "scene", "there is no scene \"%.32s\"", id);
     return NULL;
 }
 
@@ -71,11 +72,11 @@ void bd_slot_drop(struct bd_store *store, struct bd_slot *slot)
 }
 
 enum bd_err bd_store_get(const struct bd_store *store, const char *id,
-                         const struct bd_store_entry **out, struct bd_fault *fault)
+                         const struct bd_store_entry **out, struct bd_err_detail *detail)
 {
     struct bd_slot *slot = bd_slot_find(store, id);
     if (!slot || !slot->is_listed)
-        return bd_fault_set(fault, BD_ERR_NOT_FOUND, "scene", "there is no scene \"%.32s\"", id);
+        return bd_err_set(detail, BD_ERR_NOT_FOUND, "scene", "there is no scene \"%.32s\"", id);
     *out = &slot->shown;
     return BD_ERR_OK;
 }
@@ -115,40 +116,40 @@ void bd_slot_set_head(struct bd_slot *slot, struct bd_scene *scene, uint64_t rev
     slot->head_revision = revision;
 }
 
-enum bd_err bd_store_check_room(const struct bd_store *store, struct bd_fault *fault)
+enum bd_err bd_store_check_room(const struct bd_store *store, struct bd_err_detail *detail)
 {
     if (store->count < store->count_max) return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_LIMIT, "scenes",
-                        "%u scenes are held, which is the limit scenes: remove one first",
-                        store->count);
+    return bd_err_set(detail, BD_ERR_LIMIT, "scenes",
+                      "%u scenes are held, which is the limit scenes: remove one first",
+                      store->count);
 }
 
 // --- history --------------------------------------------------------------------------------
 
 static enum bd_err nothing_left(const struct bd_slot *slot, const char *author, bool redo,
-                                struct bd_fault *fault)
+                                struct bd_err_detail *detail)
 {
     const char *word = redo ? "redo" : "undo";
     const struct bd_history_entry *other = bd_history_target(&slot->history, NULL, redo);
     if (!author || !other)
-        return bd_fault_set(fault, BD_ERR_CONFLICT, word, "there is nothing to %s", word);
+        return bd_err_set(detail, BD_ERR_CONFLICT, word, "there is nothing to %s", word);
     const char *whose = redo ? other->by : other->author;
-    return bd_fault_set(fault, BD_ERR_CONFLICT, word,
-                        "there is nothing of yours to %s; the last that there is is revision "
-                        "%" PRIu64 ", by %.80s: the scope \"all\" takes it",
-                        word, other->revision, whose[0] ? whose : "nobody that is known");
+    return bd_err_set(detail, BD_ERR_CONFLICT, word,
+                      "there is nothing of yours to %s; the last that there is is revision "
+                      "%" PRIu64 ", by %.80s: the scope \"all\" takes it",
+                      word, other->revision, whose[0] ? whose : "nobody that is known");
 }
 
 enum bd_err bd_store_undo_target(const struct bd_store *store, const char *id, const char *author,
-                                 bool redo, uint64_t *out, struct bd_fault *fault)
+                                 bool redo, uint64_t *out, struct bd_err_detail *detail)
 {
-    struct bd_slot *slot = bd_slot_get(store, id, fault);
+    struct bd_slot *slot = bd_slot_get(store, id, detail);
     if (!slot) return BD_ERR_NOT_FOUND;
     if (slot->staged_count > 0)
-        return bd_fault_set(fault, BD_ERR_BUSY, redo ? "redo" : "undo",
-                            "an edit of this scene is on its way to the disk");
+        return bd_err_set(detail, BD_ERR_BUSY, redo ? "redo" : "undo",
+                          "an edit of this scene is on its way to the disk");
     const struct bd_history_entry *target = bd_history_target(&slot->history, author, redo);
-    if (!target) return nothing_left(slot, author, redo, fault);
+    if (!target) return nothing_left(slot, author, redo, detail);
     *out = target->revision;
     return BD_ERR_OK;
 }
@@ -164,22 +165,22 @@ static bool is_in_flight(const struct bd_store *store, const char *id, const cha
 
 enum bd_err bd_store_find_edit(const struct bd_store *store, const char *id,
                                const char *client_edit_id, uint64_t *revision,
-                               struct bd_fault *fault)
+                               struct bd_err_detail *detail)
 {
-    struct bd_slot *slot = bd_slot_get(store, id, fault);
+    struct bd_slot *slot = bd_slot_get(store, id, detail);
     if (!slot) return BD_ERR_NOT_FOUND;
     if (is_in_flight(store, id, client_edit_id))
-        return bd_fault_set(fault, BD_ERR_BUSY, "client_edit_id",
-                            "an edit of this id is on its way to the disk: ask again");
+        return bd_err_set(detail, BD_ERR_BUSY, "client_edit_id",
+                          "an edit of this id is on its way to the disk: ask again");
     *revision = bd_history_find(&slot->history, client_edit_id);
     return BD_ERR_OK;
 }
 
 enum bd_err bd_store_restore(struct bd_store *store, const struct bd_store_entry *entry,
                              const struct bd_store_past *past, uint32_t past_count,
-                             struct bd_fault *fault)
+                             struct bd_err_detail *detail)
 {
-    enum bd_err err = bd_store_check_room(store, fault);
+    enum bd_err err = bd_store_check_room(store, detail);
     if (err) return err;
     BD_ASSERT(!bd_slot_find(store, entry->id));
     struct bd_slot *slot = bd_slot_append(store);

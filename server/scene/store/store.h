@@ -47,7 +47,7 @@ struct bd_store_entry {
 // BD_ERR_NOT_FOUND.
 BD_MUST_CHECK
 enum bd_err bd_store_get(const struct bd_store *store, const char *id,
-                         const struct bd_store_entry **out, struct bd_fault *fault);
+                         const struct bd_store_entry **out, struct bd_err_detail *detail);
 
 // In order of addition. The entry of `index`, NULL past the end.
 uint32_t bd_store_count(const struct bd_store *store);
@@ -92,7 +92,7 @@ struct bd_batch {
     struct bd_delta forward, inverse;
     struct bd_scene *after; // the snapshot that it makes; NULL of those that make none
     bool was_transient;
-    struct bd_fault fault; // why it could not be kept, once that is so
+    struct bd_err_detail detail; // why it could not be kept, once that is so
     // The caller's: what its client is told, kept with it; malloc'ed.
     void *answer;
     size_t answer_bytes;
@@ -104,20 +104,21 @@ struct bd_batch {
 // about others. The scene is listed once it is published. `out` is borrowed until then.
 BD_MUST_CHECK
 enum bd_err bd_store_stage_add(struct bd_store *store, struct bd_scene *scene, const char *name,
-                               const char *owner, struct bd_batch **out, struct bd_fault *fault);
+                               const char *owner, struct bd_batch **out,
+                               struct bd_err_detail *detail);
 // The same of a scene that was elsewhere before: it begins with `revision`, 1 or more.
 BD_MUST_CHECK
 enum bd_err bd_store_stage_add_at(struct bd_store *store, struct bd_scene *scene, const char *name,
                                   const char *owner, uint64_t revision, struct bd_batch **out,
-                                  struct bd_fault *fault);
+                                  struct bd_err_detail *detail);
 BD_MUST_CHECK
 enum bd_err bd_store_stage_remove(struct bd_store *store, const char *id, struct bd_batch **out,
-                                  struct bd_fault *fault);
+                                  struct bd_err_detail *detail);
 
 // The snapshot that the next batch applies to: durable, with all that is staged. Borrowed.
 BD_MUST_CHECK
 enum bd_err bd_store_head(const struct bd_store *store, const char *id, const struct bd_scene **out,
-                          uint64_t *revision, struct bd_fault *fault);
+                          uint64_t *revision, struct bd_err_detail *detail);
 
 struct bd_store_change {
     const char *scene_id;
@@ -134,13 +135,13 @@ struct bd_store_change {
 // bd_delta_apply says.
 BD_MUST_CHECK
 enum bd_err bd_store_stage(struct bd_store *store, const struct bd_store_change *change,
-                           struct bd_batch **out, struct bd_fault *fault);
+                           struct bd_batch **out, struct bd_err_detail *detail);
 
 // `name`: of a revision that the scene has had; 0: the current one, staged ones included.
 BD_MUST_CHECK
 enum bd_err bd_store_stage_name(struct bd_store *store, const char *id, const char *name,
                                 uint64_t revision, bool remove, struct bd_batch **out,
-                                struct bd_fault *fault);
+                                struct bd_err_detail *detail);
 
 // Whether anything of the scene is on its way to the disk.
 bool bd_store_is_busy(const struct bd_store *store, const char *id);
@@ -170,7 +171,7 @@ void bd_batch_free(struct bd_batch **batch);
 BD_MUST_CHECK
 enum bd_err bd_store_lay(struct bd_store *store, const char *id, const char *author,
                          const struct bd_delta *delta, const struct bd_store_entry **out,
-                         struct bd_fault *fault);
+                         struct bd_err_detail *detail);
 
 // What `author` laid becomes one batch, of what that author changed alone, shown as transient until
 // it is published; NULL: what has lain for longest, whoever laid it. `*out` NULL: there is nothing
@@ -179,7 +180,7 @@ enum bd_err bd_store_lay(struct bd_store *store, const char *id, const char *aut
 BD_MUST_CHECK
 enum bd_err bd_store_stage_commit(struct bd_store *store, const char *id, const char *author,
                                   const char *client_edit_id, struct bd_batch **out,
-                                  struct bd_fault *fault);
+                                  struct bd_err_detail *detail);
 
 // --- history --------------------------------------------------------------------------------
 
@@ -188,14 +189,14 @@ enum bd_err bd_store_stage_commit(struct bd_store *store, const char *id, const 
 // to the disk, BD_ERR_CONFLICT, naming `undo` or `redo`, if there is nothing.
 BD_MUST_CHECK
 enum bd_err bd_store_undo_target(const struct bd_store *store, const char *id, const char *author,
-                                 bool redo, uint64_t *out, struct bd_fault *fault);
+                                 bool redo, uint64_t *out, struct bd_err_detail *detail);
 
 // The revision that this client_edit_id made, 0 if none is known. BD_ERR_BUSY while it is on its
 // way to the disk.
 BD_MUST_CHECK
 enum bd_err bd_store_find_edit(const struct bd_store *store, const char *id,
                                const char *client_edit_id, uint64_t *revision,
-                               struct bd_fault *fault);
+                               struct bd_err_detail *detail);
 
 // One revision of the past, as the journal has it, for bd_store_restore.
 struct bd_store_past {
@@ -209,6 +210,6 @@ struct bd_store_past {
 BD_MUST_CHECK
 enum bd_err bd_store_restore(struct bd_store *store, const struct bd_store_entry *entry,
                              const struct bd_store_past *past, uint32_t past_count,
-                             struct bd_fault *fault);
+                             struct bd_err_detail *detail);
 
 #endif

@@ -164,34 +164,34 @@ static bool form_record(struct writing *writing, const struct bd_batch *batch, u
 // --- content --------------------------------------------------------------------------------
 
 static enum bd_err put_content(struct bd_journal *journal, const struct bd_content *content,
-                               struct bd_fault *fault)
+                               struct bd_err_detail *detail)
 {
     struct bd_journal_content item = {0};
     struct bd_bytes bytes = {0};
     memcpy(item.sha256, bd_content_sha256(content), sizeof item.sha256);
     if (!bd_content_write(content, append, &bytes)) {
         bd_bytes_finish(&bytes);
-        return bd_fault_set(fault, BD_ERR_NO_MEMORY, "", "no memory for a mesh or a picture");
+        return bd_err_set(detail, BD_ERR_NO_MEMORY, "", "no memory for a mesh or a picture");
     }
     item.bytes = bytes_of(&bytes);
     struct bd_journal_put put = {.content = &item, .count = 1};
     enum bd_err err = BD_ERR_OK;
-    while (!err && put.next < put.count) err = bd_journal_put_some(journal, &put, fault);
+    while (!err && put.next < put.count) err = bd_journal_put_some(journal, &put, detail);
     // Nothing collects it before the commit: whoever has the journal's turn keeps it until then.
     bd_journal_put_end(journal, &put);
     bd_bytes_finish(&bytes);
     return err;
 }
 
-static enum bd_err put_missing_content(struct writing *writing, struct bd_fault *fault)
+static enum bd_err put_missing_content(struct writing *writing, struct bd_err_detail *detail)
 {
     const struct bd_content_table *table = &writing->content;
     enum bd_err err = BD_ERR_OK;
     for (uint32_t i = 0; !err && i < table->size; i++) {
         const uint8_t *sha256 = bd_content_sha256(&table->items[i]);
         bool is_there = true;
-        if (sha256) err = bd_journal_has_content(writing->journal, sha256, &is_there, fault);
-        if (!err && !is_there) err = put_content(writing->journal, &table->items[i], fault);
+        if (sha256) err = bd_journal_has_content(writing->journal, sha256, &is_there, detail);
+        if (!err && !is_there) err = put_content(writing->journal, &table->items[i], detail);
     }
     return err;
 }
@@ -203,7 +203,7 @@ static const struct bd_batch *batch_at(const struct bd_batch *first, uint32_t in
 }
 
 enum bd_err bd_store_write(struct bd_journal *journal, const struct bd_batch *first,
-                           const struct bd_batch **faulty, struct bd_fault *fault)
+                           const struct bd_batch **faulty, struct bd_err_detail *detail)
 {
     struct writing writing = {.journal = journal};
     for (const struct bd_batch *batch = first; batch; batch = batch->next) writing.count++;
@@ -215,10 +215,10 @@ enum bd_err bd_store_write(struct bd_journal *journal, const struct bd_batch *fi
     for (const struct bd_batch *batch = first; formed && batch; batch = batch->next)
         formed = form_record(&writing, batch, index++);
     enum bd_err err =
-        formed ? BD_ERR_OK : bd_fault_set(fault, BD_ERR_NO_MEMORY, "", "no memory for the edit");
-    if (!err) err = put_missing_content(&writing, fault);
+        formed ? BD_ERR_OK : bd_err_set(detail, BD_ERR_NO_MEMORY, "", "no memory for the edit");
+    if (!err) err = put_missing_content(&writing, detail);
     uint32_t at = writing.count;
-    if (!err) err = bd_journal_commit(journal, writing.records, writing.count, &at, fault);
+    if (!err) err = bd_journal_commit(journal, writing.records, writing.count, &at, detail);
     *faulty = batch_at(first, at);
     finish_writing(&writing);
     return err;
@@ -227,16 +227,16 @@ enum bd_err bd_store_write(struct bd_journal *journal, const struct bd_batch *fi
 // --- upkeep ---------------------------------------------------------------------------------
 
 enum bd_err bd_store_snapshot(struct bd_journal *journal, const char *id, uint64_t revision,
-                              const struct bd_scene *scene, struct bd_fault *fault)
+                              const struct bd_scene *scene, struct bd_err_detail *detail)
 {
     struct writing writing = {.journal = journal};
     struct form form = {0};
     enum bd_err err = form_snapshot(&writing, scene, revision, &form)
                           ? BD_ERR_OK
-                          : bd_fault_set(fault, BD_ERR_NO_MEMORY, "", "no memory for an index");
+                          : bd_err_set(detail, BD_ERR_NO_MEMORY, "", "no memory for an index");
     // What was found damaged in the journal is whole in memory.
-    if (!err) err = put_missing_content(&writing, fault);
-    if (!err) err = bd_journal_write_snapshot(journal, id, &form.snapshot, fault);
+    if (!err) err = put_missing_content(&writing, detail);
+    if (!err) err = bd_journal_write_snapshot(journal, id, &form.snapshot, detail);
     free_form(&form);
     finish_writing(&writing);
     return err;

@@ -16,10 +16,10 @@
 
 // Writes the list in one transaction, behind the content that it needs: all of it is on the disk
 // when this returns BD_ERR_OK, else nothing is. Only reads the batches. `faulty` is the one that
-// cannot be kept, NULL if the fault is none of theirs.
+// cannot be kept, NULL if the error is none of theirs.
 BD_MUST_CHECK
 enum bd_err bd_store_write(struct bd_journal *journal, const struct bd_batch *first,
-                           const struct bd_batch **faulty, struct bd_fault *fault);
+                           const struct bd_batch **faulty, struct bd_err_detail *detail);
 
 // All scenes that the journal holds, into an empty store: once, before anything is served. A scene
 // whose newest revisions are damaged comes back at the last whole one; one of which nothing is
@@ -27,12 +27,12 @@ enum bd_err bd_store_write(struct bd_journal *journal, const struct bd_batch *fi
 // lose scenes: BD_ERR_LIMIT if there are more.
 BD_MUST_CHECK
 enum bd_err bd_store_load(struct bd_store *store, struct bd_journal *journal,
-                          struct bd_fault *fault);
+                          struct bd_err_detail *detail);
 
 // A scene as it was at a revision; the caller owns it. BD_ERR_NOT_FOUND.
 BD_MUST_CHECK
 enum bd_err bd_store_read_revision(struct bd_journal *journal, const char *id, uint64_t revision,
-                                   struct bd_scene **out, struct bd_fault *fault);
+                                   struct bd_scene **out, struct bd_err_detail *detail);
 
 // What made a revision, who did, and what takes it back. Content that `known` has is not read
 // again. Free with bd_store_step_finish, which is nothing to do after a failure.
@@ -43,13 +43,13 @@ struct bd_store_step {
 BD_MUST_CHECK
 enum bd_err bd_store_read_step(struct bd_journal *journal, const char *id, uint64_t revision,
                                const struct bd_scene *known, struct bd_store_step *out,
-                               struct bd_fault *fault);
+                               struct bd_err_detail *detail);
 void bd_store_step_finish(struct bd_store_step *step);
 
 // The index of a scene's revision, from which a later start begins (bd_journal_write_snapshot).
 // Content of it that the journal has lost to damage is put anew.
 BD_MUST_CHECK
 enum bd_err bd_store_snapshot(struct bd_journal *journal, const char *id, uint64_t revision,
-                              const struct bd_scene *scene, struct bd_fault *fault);
+                              const struct bd_scene *scene, struct bd_err_detail *detail);
 
 #endif

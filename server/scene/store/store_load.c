@@ -22,7 +22,7 @@ struct finding {
     struct bd_content_table held;   // by scenes that are loaded
     struct bd_content_table walked; // by the one that is being walked to, and by its past
     uint64_t walked_bytes;          // read since the past was forgotten
-    struct bd_fault fault;          // of a disk that did not answer
+    struct bd_err_detail detail;    // of a disk that did not answer
 };
 
 static void finish_walked(struct finding *finding)
@@ -53,11 +53,11 @@ static const struct bd_content *find_known(const struct finding *finding, const 
 static const struct bd_content *read_content(struct finding *finding, const uint8_t sha256[32])
 {
     struct bd_content read = {0};
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     void *bytes = NULL;
     size_t size;
-    enum bd_err err = bd_journal_read_content(finding->journal, sha256, &bytes, &size, &fault);
-    if (err && err != BD_ERR_NOT_FOUND) finding->fault = fault;
+    enum bd_err err = bd_journal_read_content(finding->journal, sha256, &bytes, &size, &detail);
+    if (err && err != BD_ERR_NOT_FOUND) finding->detail = detail;
     if (!err) err = bd_content_read(bytes, size, &read, NULL);
     free(bytes);
     if (err) return NULL;
@@ -78,11 +78,12 @@ static bool find_content(void *user, const uint8_t sha256[32], struct bd_content
 }
 
 // What a disk does not give just now is not missing.
-static enum bd_err explain(const struct finding *finding, enum bd_err err, struct bd_fault *fault)
+static enum bd_err explain(const struct finding *finding, enum bd_err err,
+                           struct bd_err_detail *detail)
 {
-    if (err != BD_ERR_NOT_FOUND || !finding->fault.err) return err;
-    if (fault) *fault = finding->fault;
-    return finding->fault.err;
+    if (err != BD_ERR_NOT_FOUND || !finding->detail.err) return err;
+    if (detail) *detail = finding->detail;
+    return finding->detail.err;
 }
 
 // --- one scene ------------------------------------------------------------------------------
@@ -94,37 +95,37 @@ struct walk {
 };
 
 static enum bd_err visit_snapshot(void *user, const struct bd_journal_snapshot *snapshot,
-                                  struct bd_fault *fault)
+                                  struct bd_err_detail *detail)
 {
     struct walk *walk = user;
     bd_scene_release(&walk->scene); // a second walk begins anew
     enum bd_err err = bd_flat_read_index(snapshot->index.data, snapshot->index.size, find_content,
-                                         walk->finding, &walk->scene, fault);
-    return err ? err : bd_scene_finish(walk->scene, fault);
+                                         walk->finding, &walk->scene, detail);
+    return err ? err : bd_scene_finish(walk->scene, detail);
 }
 
 static enum bd_err visit_edit(void *user, const struct bd_journal_edit *edit,
-                              struct bd_fault *fault)
+                              struct bd_err_detail *detail)
 {
     struct walk *walk = user;
     struct bd_delta delta = {0};
     struct bd_scene *next = NULL;
     enum bd_err err = bd_delta_read(edit->forward.data, edit->forward.size, find_content,
-                                    walk->finding, &delta, fault);
-    if (!err) err = bd_delta_apply(walk->scene, &delta, &next, fault);
+                                    walk->finding, &delta, detail);
+    if (!err) err = bd_delta_apply(walk->scene, &delta, &next, detail);
     bd_delta_finish(&delta);
     if (err) return err;
     bd_scene_release(&walk->scene);
     walk->scene = next;
     forget_past(walk->finding, next);
     if (memcmp(next->content_sha256, edit->snapshot_sha256, BD_SHA256_BYTES) == 0) return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_BAD_INPUT, "data",
-                        "revision %llu is not what it was when it was written",
-                        (unsigned long long)edit->revision);
+    return bd_err_set(detail, BD_ERR_BAD_INPUT, "data",
+                      "revision %llu is not what it was when it was written",
+                      (unsigned long long)edit->revision);
 }
 
 static enum bd_err walk_to(struct finding *finding, const char *id, uint64_t revision,
-                           struct bd_scene **out, uint64_t *reached, struct bd_fault *fault)
+                           struct bd_scene **out, uint64_t *reached, struct bd_err_detail *detail)
 {
     struct walk walk = {.finding = finding};
     const struct bd_journal_visitor visitor = {visit_snapshot, visit_edit, &walk};
@@ -133,12 +134,12 @@ static enum bd_err walk_to(struct finding *finding, const char *id, uint64_t rev
     // Content that was found damaged on the way counts as missing from here on, and the next walk
     // ends before it.
     do {
-        finding->fault = (struct bd_fault){0};
+        finding->detail = (struct bd_err_detail){0};
         known_damage = bd_journal_damage_count(finding->journal);
-        err = bd_journal_load(finding->journal, id, revision, &visitor, reached, fault);
+        err = bd_journal_load(finding->journal, id, revision, &visitor, reached, detail);
     } while (err == BD_ERR_NOT_FOUND && revision == 0 &&
              bd_journal_damage_count(finding->journal) > known_damage);
-    err = explain(finding, err, fault);
+    err = explain(finding, err, detail);
     if (err)
         bd_scene_release(&walk.scene);
     else
@@ -147,11 +148,11 @@ static enum bd_err walk_to(struct finding *finding, const char *id, uint64_t rev
 }
 
 enum bd_err bd_store_read_revision(struct bd_journal *journal, const char *id, uint64_t revision,
-                                   struct bd_scene **out, struct bd_fault *fault)
+                                   struct bd_scene **out, struct bd_err_detail *detail)
 {
     struct finding finding = {.journal = journal};
     uint64_t reached;
-    enum bd_err err = walk_to(&finding, id, revision, out, &reached, fault);
+    enum bd_err err = walk_to(&finding, id, revision, out, &reached, detail);
     finish_walked(&finding);
     return err;
 }
@@ -159,36 +160,36 @@ enum bd_err bd_store_read_revision(struct bd_journal *journal, const char *id, u
 // One revision's deltas; what the journal lends is gone with the next call to it, and finding
 // content is one.
 static enum bd_err read_deltas(struct finding *finding, const struct bd_journal_edit *edit,
-                               struct bd_store_step *out, struct bd_fault *fault)
+                               struct bd_store_step *out, struct bd_err_detail *detail)
 {
     struct bd_bytes forward = {0}, inverse = {0};
     enum bd_err err = BD_ERR_OK;
     if (bd_bytes_put(&forward, 0, edit->forward.data, edit->forward.size) ||
         bd_bytes_put(&inverse, 0, edit->inverse.data, edit->inverse.size))
-        err = bd_fault_set(fault, BD_ERR_NO_MEMORY, "", "no memory for the edit");
+        err = bd_err_set(detail, BD_ERR_NO_MEMORY, "", "no memory for the edit");
     if (!err)
         err = bd_delta_read(forward.data, forward.size_bytes, find_content, finding, &out->forward,
-                            fault);
+                            detail);
     if (!err)
         err = bd_delta_read(inverse.data, inverse.size_bytes, find_content, finding, &out->inverse,
-                            fault);
+                            detail);
     bd_bytes_finish(&forward);
     bd_bytes_finish(&inverse);
-    return explain(finding, err, fault);
+    return explain(finding, err, detail);
 }
 
 enum bd_err bd_store_read_step(struct bd_journal *journal, const char *id, uint64_t revision,
                                const struct bd_scene *known, struct bd_store_step *out,
-                               struct bd_fault *fault)
+                               struct bd_err_detail *detail)
 {
     struct finding finding = {.journal = journal};
     struct bd_journal_edit edit;
     *out = (struct bd_store_step){0};
-    enum bd_err err = bd_journal_get_edit(journal, id, revision, &edit, fault);
+    enum bd_err err = bd_journal_get_edit(journal, id, revision, &edit, detail);
     if (err) return err;
     snprintf(out->author, sizeof out->author, "%s", edit.author);
     bd_content_of_scene(known, keep_content, &finding.held);
-    err = read_deltas(&finding, &edit, out, fault);
+    err = read_deltas(&finding, &edit, out, detail);
     bd_content_table_finish(&finding.held);
     finish_walked(&finding);
     if (err) bd_store_step_finish(out);
@@ -240,18 +241,18 @@ static void list_edit(void *user, const struct bd_journal_edit *edit)
 }
 
 static enum bd_err load_scene(struct bd_store *store, struct finding *finding,
-                              struct bd_store_entry *entry, struct bd_fault *fault)
+                              struct bd_store_entry *entry, struct bd_err_detail *detail)
 {
     uint64_t reached = 0;
-    enum bd_err err = walk_to(finding, entry->id, 0, &entry->scene, &reached, fault);
+    enum bd_err err = walk_to(finding, entry->id, 0, &entry->scene, &reached, detail);
     if (!err && reached < entry->revision)
-        err = bd_journal_cut(finding->journal, entry->id, reached, fault);
+        err = bd_journal_cut(finding->journal, entry->id, reached, detail);
     struct past past = {0};
     if (!err)
         err = bd_journal_each_edit(finding->journal, entry->id, 0, UINT32_MAX, list_edit, &past,
-                                   fault);
+                                   detail);
     entry->revision = reached;
-    if (!err) err = bd_store_restore(store, entry, past.items, past.count, fault);
+    if (!err) err = bd_store_restore(store, entry, past.items, past.count, detail);
     if (!err) bd_content_of_scene(entry->scene, keep_content, &finding->held);
     finish_walked(finding);
     bd_scene_release(&entry->scene);
@@ -260,18 +261,18 @@ static enum bd_err load_scene(struct bd_store *store, struct finding *finding,
 }
 
 enum bd_err bd_store_load(struct bd_store *store, struct bd_journal *journal,
-                          struct bd_fault *fault)
+                          struct bd_err_detail *detail)
 {
     struct listing listing = {0};
     struct finding finding = {.journal = journal};
-    enum bd_err err = bd_journal_each_scene(journal, list_scene, &listing, fault);
+    enum bd_err err = bd_journal_each_scene(journal, list_scene, &listing, detail);
     for (uint32_t i = 0; !err && i < listing.count; i++) {
-        struct bd_fault why = {0};
+        struct bd_err_detail why = {0};
         enum bd_err failed = load_scene(store, &finding, &listing.entries[i], &why);
         if (failed == BD_ERR_LIMIT)
-            err = bd_fault_set(fault, BD_ERR_LIMIT, "scenes",
-                               "the data directory holds %u scenes, more than the limit scenes",
-                               listing.count);
+            err = bd_err_set(detail, BD_ERR_LIMIT, "scenes",
+                             "the data directory holds %u scenes, more than the limit scenes",
+                             listing.count);
         else if (failed)
             bd_log(BD_LOG_WARN, "scene", "%s (\"%s\") cannot be served: %s", listing.entries[i].id,
                    listing.entries[i].name, why.message);

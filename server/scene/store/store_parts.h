@@ -44,21 +44,23 @@ struct bd_store {
 };
 
 struct bd_slot *bd_slot_find(const struct bd_store *store, const char *id);
-// One that may be changed. NULL: BD_ERR_NOT_FOUND, and the fault says so.
-struct bd_slot *bd_slot_get(const struct bd_store *store, const char *id, struct bd_fault *fault);
+// One that may be changed. NULL: BD_ERR_NOT_FOUND, and the error says so.
+struct bd_slot *bd_slot_get(const struct bd_store *store, const char *id,
+                            struct bd_err_detail *detail);
 struct bd_slot *bd_slot_append(struct bd_store *store);
 void bd_slot_drop(struct bd_store *store, struct bd_slot *slot);
 // Takes a reference of its own.
 void bd_slot_set_head(struct bd_slot *slot, struct bd_scene *scene, uint64_t revision);
 BD_MUST_CHECK
-enum bd_err bd_store_check_room(const struct bd_store *store, struct bd_fault *fault);
+enum bd_err bd_store_check_room(const struct bd_store *store, struct bd_err_detail *detail);
 
 // store_stage.c
 struct bd_batch *bd_slot_new_batch(enum bd_batch_kind kind, const struct bd_slot *slot);
 void bd_batch_set_text(char *to, size_t size, const char *text);
 // Makes the batch's snapshot, inverse and revision of its forward delta, and moves the head there.
 BD_MUST_CHECK
-enum bd_err bd_slot_apply(struct bd_slot *slot, struct bd_batch *batch, struct bd_fault *fault);
+enum bd_err bd_slot_apply(struct bd_slot *slot, struct bd_batch *batch,
+                          struct bd_err_detail *detail);
 void bd_slot_stage(struct bd_store *store, struct bd_slot *slot, struct bd_batch *batch);
 
 // store_layers.c

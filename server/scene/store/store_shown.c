@@ -28,11 +28,11 @@ static void show(struct bd_slot *slot, struct bd_scene *scene)
 }
 
 static enum bd_err apply_over(const struct bd_delta *delta, struct bd_scene **scene,
-                              struct bd_fault *fault)
+                              struct bd_err_detail *detail)
 {
     if (delta->count == 0) return BD_ERR_OK;
     struct bd_scene *next = NULL;
-    enum bd_err err = bd_delta_apply(*scene, delta, &next, fault);
+    enum bd_err err = bd_delta_apply(*scene, delta, &next, detail);
     if (err) return err;
     bd_scene_release(scene);
     *scene = next;
@@ -48,15 +48,15 @@ static void drop_with_warning(struct bd_slot *slot, const char *reason)
 // Durable, with what lies over it; without that if it has lost its meaning.
 static void show_again(struct bd_slot *slot)
 {
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     struct bd_scene *scene = bd_scene_retain(slot->durable);
     struct bd_delta over = {0};
     enum bd_err err = bd_layers_over(slot, scene, &over)
-                          ? apply_over(&over, &scene, &fault)
-                          : bd_fault_set(&fault, BD_ERR_NO_MEMORY, "", "no memory for them");
+                          ? apply_over(&over, &scene, &detail)
+                          : bd_err_set(&detail, BD_ERR_NO_MEMORY, "", "no memory for them");
     bd_delta_finish(&over);
     if (err) {
-        drop_with_warning(slot, fault.message);
+        drop_with_warning(slot, detail.message);
         bd_scene_release(&scene);
         scene = bd_scene_retain(slot->durable);
     }
@@ -81,17 +81,17 @@ static bool keep_slots(struct bd_scene **scene, const struct bd_scene *other)
 }
 
 static enum bd_err check_overlay(const struct bd_slot *slot, const struct bd_delta *delta,
-                                 struct bd_fault *fault)
+                                 struct bd_err_detail *detail)
 {
     if (bd_layers_objects(slot) + (uint64_t)delta->count <= TRANSIENT_OBJECTS_MAX) return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_LIMIT, "transient_objects",
-                        "more than %d objects would be transient at once: commit first",
-                        TRANSIENT_OBJECTS_MAX);
+    return bd_err_set(detail, BD_ERR_LIMIT, "transient_objects",
+                      "more than %d objects would be transient at once: commit first",
+                      TRANSIENT_OBJECTS_MAX);
 }
 
 // What is shown knows nothing of the objects that a batch on its way to the disk adds.
 static enum bd_err check_ids(const struct bd_slot *slot, const struct bd_delta *delta,
-                             struct bd_fault *fault)
+                             struct bd_err_detail *detail)
 {
     struct bd_scene_counts shown = bd_scene_slots(slot->shown.scene);
     struct bd_scene_counts head = bd_scene_slots(slot->head);
@@ -99,9 +99,9 @@ static enum bd_err check_ids(const struct bd_slot *slot, const struct bd_delta *
         const struct bd_change *change = &delta->changes[i];
         const uint32_t *count = bd_slots_of(&shown, change->kind);
         if (count && change->id >= *count && change->id < *bd_slots_of(&head, change->kind))
-            return bd_fault_set(fault, BD_ERR_BUSY, "ops",
-                                "an edit on its way to the disk adds %s %u: ask again",
-                                bd_object_kind_name(change->kind), change->id);
+            return bd_err_set(detail, BD_ERR_BUSY, "ops",
+                              "an edit on its way to the disk adds %s %u: ask again",
+                              bd_object_kind_name(change->kind), change->id);
     }
     return BD_ERR_OK;
 }
@@ -116,17 +116,17 @@ static bool lay_over(struct bd_slot *slot, const char *author, const struct bd_d
 
 enum bd_err bd_store_lay(struct bd_store *store, const char *id, const char *author,
                          const struct bd_delta *delta, const struct bd_store_entry **out,
-                         struct bd_fault *fault)
+                         struct bd_err_detail *detail)
 {
-    struct bd_slot *slot = bd_slot_get(store, id, fault);
+    struct bd_slot *slot = bd_slot_get(store, id, detail);
     if (!slot) return BD_ERR_NOT_FOUND;
-    enum bd_err err = check_overlay(slot, delta, fault);
-    if (!err) err = check_ids(slot, delta, fault);
+    enum bd_err err = check_overlay(slot, delta, detail);
+    if (!err) err = check_ids(slot, delta, detail);
     if (err) return err;
     struct bd_scene *scene = bd_scene_retain(slot->shown.scene);
-    err = apply_over(delta, &scene, fault);
+    err = apply_over(delta, &scene, detail);
     if (!err && !lay_over(slot, author ? author : "", delta, scene))
-        err = bd_fault_set(fault, BD_ERR_NO_MEMORY, "", "no memory for the edit");
+        err = bd_err_set(detail, BD_ERR_NO_MEMORY, "", "no memory for the edit");
     if (!err) {
         show(slot, scene);
         *out = &slot->shown;
@@ -137,25 +137,25 @@ enum bd_err bd_store_lay(struct bd_store *store, const char *id, const char *aut
 
 enum bd_err bd_store_stage_commit(struct bd_store *store, const char *id, const char *author,
                                   const char *client_edit_id, struct bd_batch **out,
-                                  struct bd_fault *fault)
+                                  struct bd_err_detail *detail)
 {
-    struct bd_slot *slot = bd_slot_get(store, id, fault);
+    struct bd_slot *slot = bd_slot_get(store, id, detail);
     *out = NULL;
     if (!slot) return BD_ERR_NOT_FOUND;
     struct bd_layer *layer = bd_layers_find(slot, author);
     if (!layer) return BD_ERR_OK;
     // What is on its way was done last, and takes away what was laid of it before.
     if (slot->staged_count > slot->committing_count)
-        return bd_fault_set(fault, BD_ERR_BUSY, "commit",
-                            "an edit of this scene is on its way to the disk");
+        return bd_err_set(detail, BD_ERR_BUSY, "commit",
+                          "an edit of this scene is on its way to the disk");
     struct bd_batch *batch = bd_slot_new_batch(BD_BATCH_EDIT, slot);
     struct bd_clash none = {0};
     bd_batch_set_text(batch->client_edit_id, sizeof batch->client_edit_id, client_edit_id);
     bd_batch_set_text(batch->author, sizeof batch->author, layer->author);
     enum bd_err err =
         bd_delta_carry(slot->head, &layer->before, &layer->after, &batch->forward, &none)
-            ? bd_slot_apply(slot, batch, fault)
-            : bd_fault_set(fault, BD_ERR_NO_MEMORY, "", "no memory for the edit");
+            ? bd_slot_apply(slot, batch, detail)
+            : bd_err_set(detail, BD_ERR_NO_MEMORY, "", "no memory for the edit");
     if (err) {
         bd_batch_free(&batch);
         return err;

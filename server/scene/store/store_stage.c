@@ -64,16 +64,17 @@ static void make_id(char id[BD_SCENE_ID_BYTES])
 }
 
 enum bd_err bd_store_stage_add(struct bd_store *store, struct bd_scene *scene, const char *name,
-                               const char *owner, struct bd_batch **out, struct bd_fault *fault)
+                               const char *owner, struct bd_batch **out,
+                               struct bd_err_detail *detail)
 {
-    return bd_store_stage_add_at(store, scene, name, owner, 1, out, fault);
+    return bd_store_stage_add_at(store, scene, name, owner, 1, out, detail);
 }
 
 enum bd_err bd_store_stage_add_at(struct bd_store *store, struct bd_scene *scene, const char *name,
                                   const char *owner, uint64_t revision, struct bd_batch **out,
-                                  struct bd_fault *fault)
+                                  struct bd_err_detail *detail)
 {
-    enum bd_err err = bd_store_check_room(store, fault);
+    enum bd_err err = bd_store_check_room(store, detail);
     if (err) return err;
     struct bd_slot *slot = bd_slot_append(store);
     make_id(slot->shown.id);
@@ -92,9 +93,9 @@ enum bd_err bd_store_stage_add_at(struct bd_store *store, struct bd_scene *scene
 }
 
 enum bd_err bd_store_stage_remove(struct bd_store *store, const char *id, struct bd_batch **out,
-                                  struct bd_fault *fault)
+                                  struct bd_err_detail *detail)
 {
-    struct bd_slot *slot = bd_slot_get(store, id, fault);
+    struct bd_slot *slot = bd_slot_get(store, id, detail);
     if (!slot) return BD_ERR_NOT_FOUND;
     slot->is_leaving = true;
     *out = bd_slot_new_batch(BD_BATCH_REMOVE, slot);
@@ -103,21 +104,22 @@ enum bd_err bd_store_stage_remove(struct bd_store *store, const char *id, struct
 }
 
 enum bd_err bd_store_head(const struct bd_store *store, const char *id, const struct bd_scene **out,
-                          uint64_t *revision, struct bd_fault *fault)
+                          uint64_t *revision, struct bd_err_detail *detail)
 {
-    struct bd_slot *slot = bd_slot_get(store, id, fault);
+    struct bd_slot *slot = bd_slot_get(store, id, detail);
     if (!slot) return BD_ERR_NOT_FOUND;
     *out = slot->head;
     *revision = slot->head_revision;
     return BD_ERR_OK;
 }
 
-static enum bd_err check_base(const struct bd_slot *slot, uint64_t base, struct bd_fault *fault)
+static enum bd_err check_base(const struct bd_slot *slot, uint64_t base,
+                              struct bd_err_detail *detail)
 {
     if (base == 0 || base == slot->head_revision) return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_CONFLICT, "base_revision",
-                        "the scene is at revision %" PRIu64 ", not %" PRIu64, slot->head_revision,
-                        base);
+    return bd_err_set(detail, BD_ERR_CONFLICT, "base_revision",
+                      "the scene is at revision %" PRIu64 ", not %" PRIu64, slot->head_revision,
+                      base);
 }
 
 void bd_batch_set_text(char *to, size_t size, const char *text)
@@ -125,12 +127,13 @@ void bd_batch_set_text(char *to, size_t size, const char *text)
     snprintf(to, size, "%s", text ? text : "");
 }
 
-// Applies the batch's forward delta to the head. After a fault the batch is the caller's to free.
-enum bd_err bd_slot_apply(struct bd_slot *slot, struct bd_batch *batch, struct bd_fault *fault)
+// Applies the batch's forward delta to the head. After an error the batch is the caller's to free.
+enum bd_err bd_slot_apply(struct bd_slot *slot, struct bd_batch *batch,
+                          struct bd_err_detail *detail)
 {
-    enum bd_err err = bd_delta_apply(slot->head, &batch->forward, &batch->after, fault);
+    enum bd_err err = bd_delta_apply(slot->head, &batch->forward, &batch->after, detail);
     if (!err && !bd_delta_invert(slot->head, &batch->forward, &batch->inverse))
-        err = bd_fault_set(fault, BD_ERR_NO_MEMORY, "", "no memory for the edit");
+        err = bd_err_set(detail, BD_ERR_NO_MEMORY, "", "no memory for the edit");
     if (err) return err;
     batch->revision = slot->head_revision + 1;
     bd_slot_set_head(slot, batch->after, batch->revision);
@@ -138,11 +141,11 @@ enum bd_err bd_slot_apply(struct bd_slot *slot, struct bd_batch *batch, struct b
 }
 
 enum bd_err bd_store_stage(struct bd_store *store, const struct bd_store_change *change,
-                           struct bd_batch **out, struct bd_fault *fault)
+                           struct bd_batch **out, struct bd_err_detail *detail)
 {
-    struct bd_slot *slot = bd_slot_get(store, change->scene_id, fault);
+    struct bd_slot *slot = bd_slot_get(store, change->scene_id, detail);
     if (!slot) return BD_ERR_NOT_FOUND;
-    enum bd_err err = check_base(slot, change->base_revision, fault);
+    enum bd_err err = check_base(slot, change->base_revision, detail);
     if (err) return err;
     struct bd_batch *batch = bd_slot_new_batch(change->kind, slot);
     batch->of = change->of;
@@ -150,7 +153,7 @@ enum bd_err bd_store_stage(struct bd_store *store, const struct bd_store_change 
     bd_batch_set_text(batch->message, sizeof batch->message, change->message);
     bd_batch_set_text(batch->author, sizeof batch->author, change->author);
     batch->forward = *change->delta;
-    err = bd_slot_apply(slot, batch, fault);
+    err = bd_slot_apply(slot, batch, detail);
     if (err) {
         batch->forward = (struct bd_delta){0}; // still the caller's
         bd_batch_free(&batch);
@@ -164,16 +167,16 @@ enum bd_err bd_store_stage(struct bd_store *store, const struct bd_store_change 
 
 enum bd_err bd_store_stage_name(struct bd_store *store, const char *id, const char *name,
                                 uint64_t revision, bool remove, struct bd_batch **out,
-                                struct bd_fault *fault)
+                                struct bd_err_detail *detail)
 {
-    struct bd_slot *slot = bd_slot_get(store, id, fault);
+    struct bd_slot *slot = bd_slot_get(store, id, detail);
     if (!slot) return BD_ERR_NOT_FOUND;
     if (!name || !name[0] || strlen(name) >= BD_REVISION_NAME_BYTES)
-        return bd_fault_set(fault, BD_ERR_USAGE, "name", "a name has 1 to %d bytes",
-                            BD_REVISION_NAME_BYTES - 1);
+        return bd_err_set(detail, BD_ERR_USAGE, "name", "a name has 1 to %d bytes",
+                          BD_REVISION_NAME_BYTES - 1);
     if (revision > slot->head_revision)
-        return bd_fault_set(fault, BD_ERR_NOT_FOUND, "revision",
-                            "the scene is at revision %" PRIu64, slot->head_revision);
+        return bd_err_set(detail, BD_ERR_NOT_FOUND, "revision", "the scene is at revision %" PRIu64,
+                          slot->head_revision);
     struct bd_batch *batch = bd_slot_new_batch(remove ? BD_BATCH_UNNAME : BD_BATCH_NAME, slot);
     batch->of = revision ? revision : slot->head_revision;
     bd_batch_set_text(batch->name, sizeof batch->name, name);

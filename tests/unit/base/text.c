@@ -78,16 +78,16 @@ static void what_is_no_utf8_goes(void **state)
     expect("\xc0\xaf\xe0\x80\x80\xed\xa0\x80\xf0\x80\x80\x80\xf4\x90\x80\x80", "????????????????");
 }
 
-static void a_fault_is_utf8_wherever_it_was_cut(void **state)
+static void an_error_is_utf8_wherever_it_was_cut(void **state)
 {
     (void)state;
     char euros[3 * 400 + 1] = "";
     for (int i = 0; i < 400; i++) memcpy(euros + (size_t)i * 3, "\xe2\x82\xac", 4);
-    struct bd_fault fault;
-    bd_fault_set(&fault, BD_ERR_USAGE, euros, "%.4s is %s", euros, euros);
-    assert_memory_equal(fault.message, "\xe2\x82\xac? is \xe2\x82\xac", 11);
-    assert_string_equal(fault.message + sizeof fault.message - 3, "\xac?");
-    assert_string_equal(fault.field + sizeof fault.field - 3, "\xac?");
+    struct bd_err_detail detail;
+    bd_err_set(&detail, BD_ERR_USAGE, euros, "%.4s is %s", euros, euros);
+    assert_memory_equal(detail.message, "\xe2\x82\xac? is \xe2\x82\xac", 11);
+    assert_string_equal(detail.message + sizeof detail.message - 3, "\xac?");
+    assert_string_equal(detail.field + sizeof detail.field - 3, "\xac?");
 }
 
 int main(void)
@@ -97,6 +97,6 @@ int main(void)
                                        cmocka_unit_test(what_turns_or_hides_goes),
                                        cmocka_unit_test(json_says_the_same_in_escapes),
                                        cmocka_unit_test(what_is_no_utf8_goes),
-                                       cmocka_unit_test(a_fault_is_utf8_wherever_it_was_cut)};
+                                       cmocka_unit_test(an_error_is_utf8_wherever_it_was_cut)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -16,9 +16,9 @@
 static const struct bd_cli_render *parsed(const char *const *words, int count)
 {
     static struct bd_cli_render options;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     bd_cli_frame_finish(&options.frame);
-    if (bd_cli_parse_render(words, count, &options, &fault)) fail_msg("%s", fault.message);
+    if (bd_cli_parse_render(words, count, &options, &detail)) fail_msg("%s", detail.message);
     return &options;
 }
 
@@ -108,11 +108,12 @@ static void flags_that_fail(void **state)
 static void assert_refused(const char *const *words, int count, const char *field, const char *says)
 {
     struct bd_cli_render options;
-    struct bd_fault fault = {0};
-    assert_int_equal(bd_cli_parse_render(words, count, &options, &fault), BD_ERR_USAGE);
+    struct bd_err_detail detail = {0};
+    assert_int_equal(bd_cli_parse_render(words, count, &options, &detail), BD_ERR_USAGE);
     bd_cli_frame_finish(&options.frame);
-    if (strcmp(fault.field, field) != 0 || !strstr(fault.message, says))
-        fail_msg("field %s, message %s; wanted %s and %s", fault.field, fault.message, field, says);
+    if (strcmp(detail.field, field) != 0 || !strstr(detail.message, says))
+        fail_msg("field %s, message %s; wanted %s and %s", detail.field, detail.message, field,
+                 says);
 }
 
 static void refusals_name_the_option_and_its_range(void **state)
@@ -196,18 +197,18 @@ static void plain_commands_count_their_operands(void **state)
 {
     (void)state;
     struct bd_cli_common common;
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     const char *operands[2];
     int operand_count;
     bool help;
     assert_int_equal(bd_cli_parse_plain(WORDS("rm", "--json", "abc"), &common, operands, 2,
-                                        &operand_count, &help, &fault),
+                                        &operand_count, &help, &detail),
                      BD_ERR_OK);
     assert_int_equal(operand_count, 2);
     assert_string_equal(operands[1], "abc");
     assert_true(common.json && !help);
     assert_int_equal(bd_cli_parse_plain(WORDS("a", "b", "c"), &common, operands, 2, &operand_count,
-                                        &help, &fault),
+                                        &help, &detail),
                      BD_ERR_USAGE);
 }
 

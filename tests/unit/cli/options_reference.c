@@ -14,8 +14,8 @@
 static struct bd_cli_reference parsed(const char *const *words, int count)
 {
     struct bd_cli_reference options;
-    struct bd_fault fault = {0};
-    if (bd_cli_parse_reference(words, count, &options, &fault)) fail_msg("%s", fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_cli_parse_reference(words, count, &options, &detail)) fail_msg("%s", detail.message);
     return options;
 }
 
@@ -101,13 +101,13 @@ static void refusals_name_the_option(void **state)
     };
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         struct bd_cli_reference options;
-        struct bd_fault fault = {0};
+        struct bd_err_detail detail = {0};
         int count = 0;
         while (count < 5 && cases[i].words[count]) count++;
-        if (bd_cli_parse_reference(cases[i].words, count, &options, &fault) != BD_ERR_USAGE)
+        if (bd_cli_parse_reference(cases[i].words, count, &options, &detail) != BD_ERR_USAGE)
             fail_msg("case %zu was taken", i);
         bd_cli_frame_finish(&options.frame);
-        assert_string_equal(fault.field, cases[i].field);
+        assert_string_equal(detail.field, cases[i].field);
     }
 }
 
@@ -115,9 +115,9 @@ static void a_reference_is_not_supersampled(void **state)
 {
     (void)state;
     static struct bd_cli_render options;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     assert_int_equal(bd_cli_parse_render(WORDS("a.glb", "-ox.png", "--technique", "reference"),
-                                         &options, &fault),
+                                         &options, &detail),
                      BD_ERR_OK);
     assert_int_equal(options.frame->aa, 1);
     bd_cli_frame_finish(&options.frame);
@@ -128,36 +128,36 @@ static void skies_are_three_numbers_or_a_map(void **state)
     (void)state;
     static const char *const bad[] = {"",      "1",          "1,2",    "1,2,3,4", "1,-1,1", "1,x,1",
                                       "1,2,3 ", "1,2,1e39",   "nan,1,1", "1;1;1",  "sky.png"};
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++) {
-        if (bd_cli_source_check("/dev/null/none", NULL, &fault) == BD_ERR_OK) fail();
-        if (bd_cli_source_check("scene:x", bad[i], &fault) == BD_ERR_OK) fail();
-        assert_string_equal(fault.field, "environment"); // a held scene has its own
+        if (bd_cli_source_check("/dev/null/none", NULL, &detail) == BD_ERR_OK) fail();
+        if (bd_cli_source_check("scene:x", bad[i], &detail) == BD_ERR_OK) fail();
+        assert_string_equal(detail.field, "environment"); // a held scene has its own
     }
     char self[] = "/proc/self/exe"; // some regular file
     for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++) {
-        if (bd_cli_source_check(self, bad[i], &fault) != BD_ERR_USAGE) fail_msg("%s", bad[i]);
-        assert_string_equal(fault.field, "environment");
+        if (bd_cli_source_check(self, bad[i], &detail) != BD_ERR_USAGE) fail_msg("%s", bad[i]);
+        assert_string_equal(detail.field, "environment");
     }
-    assert_int_equal(bd_cli_source_check(self, "0,0.5,1e3", &fault), BD_ERR_OK);
-    assert_int_equal(bd_cli_source_check(self, "/nowhere/sky.exr", &fault), BD_ERR_IO);
-    assert_int_equal(bd_cli_source_check(self, "/nowhere/sky.HDR", &fault), BD_ERR_IO);
+    assert_int_equal(bd_cli_source_check(self, "0,0.5,1e3", &detail), BD_ERR_OK);
+    assert_int_equal(bd_cli_source_check(self, "/nowhere/sky.exr", &detail), BD_ERR_IO);
+    assert_int_equal(bd_cli_source_check(self, "/nowhere/sky.HDR", &detail), BD_ERR_IO);
 }
 
 static void a_sky_goes_with_scene_add_alone(void **state)
 {
     (void)state;
     struct bd_cli_scene options;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     assert_int_equal(
-        bd_cli_parse_scene(WORDS("add", "a.glb", "--environment", "1,1,1"), &options, &fault),
+        bd_cli_parse_scene(WORDS("add", "a.glb", "--environment", "1,1,1"), &options, &detail),
         BD_ERR_OK);
     assert_string_equal(options.environment, "1,1,1");
     assert_string_equal(options.operands[1], "a.glb");
     assert_int_equal(
-        bd_cli_parse_scene(WORDS("rm", "id", "--environment", "1,1,1"), &options, &fault),
+        bd_cli_parse_scene(WORDS("rm", "id", "--environment", "1,1,1"), &options, &detail),
         BD_ERR_USAGE);
-    assert_string_equal(fault.field, "environment");
+    assert_string_equal(detail.field, "environment");
 }
 
 int main(void)

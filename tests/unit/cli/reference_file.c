@@ -167,17 +167,17 @@ static struct bd_bytes piece(int first, int count)
 
 static void add(struct bd_cli_reference_file *file, struct bd_bytes bytes)
 {
-    struct bd_fault fault = {0};
-    if (bd_cli_reference_file_add(file, bytes.data, bytes.size_bytes, &fault))
-        fail_msg("%s", fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_cli_reference_file_add(file, bytes.data, bytes.size_bytes, &detail))
+        fail_msg("%s", detail.message);
     bd_bytes_finish(&bytes);
 }
 
 static struct bd_bytes encoded(const struct bd_cli_reference_file *file)
 {
     struct bd_bytes bytes = {0};
-    struct bd_fault fault = {0};
-    if (bd_cli_reference_file_encode(file, &bytes, &fault)) fail_msg("%s", fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_cli_reference_file_encode(file, &bytes, &detail)) fail_msg("%s", detail.message);
     return bytes;
 }
 
@@ -277,10 +277,10 @@ static void a_filtered_file_grows_to_the_whole(void **state)
 static void assert_refused(struct bd_cli_reference_file *file, struct bd_bytes bytes, size_t size,
                            const char *word)
 {
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     uint32_t spp = bd_cli_reference_file_spp(file);
-    assert_int_equal(bd_cli_reference_file_add(file, bytes.data, size, &fault), BD_ERR_BAD_INPUT);
-    if (!strstr(fault.message, word)) fail_msg("\"%s\" in \"%s\"?", word, fault.message);
+    assert_int_equal(bd_cli_reference_file_add(file, bytes.data, size, &detail), BD_ERR_BAD_INPUT);
+    if (!strstr(detail.message, word)) fail_msg("\"%s\" in \"%s\"?", word, detail.message);
     assert_int_equal(bd_cli_reference_file_spp(file), spp);
     bd_bytes_finish(&bytes);
 }

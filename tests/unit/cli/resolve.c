@@ -80,10 +80,10 @@ static int remove_tree(void **state)
     return system(command);
 }
 
-static enum bd_err resolve(const char *uri, char **path, struct bd_fault *fault)
+static enum bd_err resolve(const char *uri, char **path, struct bd_err_detail *detail)
 {
     bool is_data;
-    return bd_cli_resolve_uri(folder, uri, path, &is_data, fault);
+    return bd_cli_resolve_uri(folder, uri, path, &is_data, detail);
 }
 
 static void files_inside_are_found_however_spelt(void **state)
@@ -110,8 +110,8 @@ static void files_inside_are_found_however_spelt(void **state)
     };
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         char *path = NULL, want[600];
-        struct bd_fault fault = {0};
-        if (resolve(cases[i][0], &path, &fault)) fail_msg("%s: %s", cases[i][0], fault.message);
+        struct bd_err_detail detail = {0};
+        if (resolve(cases[i][0], &path, &detail)) fail_msg("%s: %s", cases[i][0], detail.message);
         snprintf(want, sizeof want, "%s/%s", folder, cases[i][1]);
         if (!path || strcmp(path, want) != 0) fail_msg("%s led to %s", cases[i][0], path);
         free(path);
@@ -146,11 +146,11 @@ static void everything_else_is_refused(void **state)
     };
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         char *path = NULL;
-        struct bd_fault fault = {0};
-        if (resolve(cases[i], &path, &fault) != BD_ERR_BAD_INPUT || path)
+        struct bd_err_detail detail = {0};
+        if (resolve(cases[i], &path, &detail) != BD_ERR_BAD_INPUT || path)
             fail_msg("\"%s\" was taken", cases[i]);
-        assert_true(fault.message[0]);
-        assert_null(strstr(fault.message, root)); // nor where things lie
+        assert_true(detail.message[0]);
+        assert_null(strstr(detail.message, root)); // nor where things lie
     }
 }
 
@@ -173,36 +173,36 @@ static void only_regular_files_are_opened(void **state)
     char path[600];
     uint64_t size_bytes = 0;
     snprintf(path, sizeof path, "%s/fifo.bin", folder);
-    struct bd_fault fault = {0};
-    assert_int_equal(bd_cli_open_regular(path, &size_bytes, &fault), -1);
-    assert_non_null(strstr(fault.message, "regular"));
-    assert_int_equal(bd_cli_open_regular("/dev/zero", &size_bytes, &fault), -1);
-    assert_int_equal(bd_cli_open_regular(folder, &size_bytes, &fault), -1);
+    struct bd_err_detail detail = {0};
+    assert_int_equal(bd_cli_open_regular(path, &size_bytes, &detail), -1);
+    assert_non_null(strstr(detail.message, "regular"));
+    assert_int_equal(bd_cli_open_regular("/dev/zero", &size_bytes, &detail), -1);
+    assert_int_equal(bd_cli_open_regular(folder, &size_bytes, &detail), -1);
     snprintf(path, sizeof path, "%s/my file.bin", folder);
-    int fd = bd_cli_open_regular(path, &size_bytes, &fault);
+    int fd = bd_cli_open_regular(path, &size_bytes, &detail);
     assert_true(fd >= 0);
     assert_int_equal(size_bytes, 6);
     close(fd);
 }
 
 static void collect(const char *json, struct bd_cli_files *files, enum bd_err want,
-                    struct bd_fault *fault)
+                    struct bd_err_detail *detail)
 {
     put("scene/s.gltf", json);
     char path[600];
     snprintf(path, sizeof path, "%s/s.gltf", folder);
-    enum bd_err err = bd_cli_files_collect(path, files, fault);
-    if (err != want) fail_msg("%s: %s", bd_err_name(err), fault->message);
+    enum bd_err err = bd_cli_files_collect(path, files, detail);
+    if (err != want) fail_msg("%s: %s", bd_err_name(err), detail->message);
 }
 
 static void a_scene_brings_its_files(void **state)
 {
     (void)state;
     struct bd_cli_files files;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     collect("{\"buffers\":[{\"uri\":\"my%20file.bin\"},{\"uri\":\"my%20file.bin\"},{}],"
             "\"images\":[{\"uri\":\"data:,\"},{\"uri\":\"gone.png\"},{\"uri\":\"sub/b.bin\"}]}",
-            &files, BD_ERR_OK, &fault);
+            &files, BD_ERR_OK, &detail);
     assert_int_equal(files.count, 3);
     assert_null(files.items[0].uri);
     assert_string_equal(files.items[1].uri, "my%20file.bin");
@@ -219,13 +219,13 @@ static void a_bad_uri_is_named_by_its_path(void **state)
 {
     (void)state;
     struct bd_cli_files files;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     collect("{\"images\":[{\"uri\":\"a.bin\"},{\"uri\":\"../outside.bin\"}]}", &files,
-            BD_ERR_BAD_INPUT, &fault);
-    assert_string_equal(fault.field, "images[1].uri");
-    assert_non_null(strstr(fault.message, "../outside.bin"));
-    collect("{\"buffers\":[{\"uri\":\"fifo.bin\"}]}", &files, BD_ERR_BAD_INPUT, &fault);
-    assert_string_equal(fault.field, "buffers[0].uri");
+            BD_ERR_BAD_INPUT, &detail);
+    assert_string_equal(detail.field, "images[1].uri");
+    assert_non_null(strstr(detail.message, "../outside.bin"));
+    collect("{\"buffers\":[{\"uri\":\"fifo.bin\"}]}", &files, BD_ERR_BAD_INPUT, &detail);
+    assert_string_equal(detail.field, "buffers[0].uri");
 }
 
 // The importer says what is wrong with it; here it is merely a file.
@@ -237,8 +237,8 @@ static void what_is_no_json_travels_alone(void **state)
         "glTF\x02"};
     for (size_t i = 0; i < sizeof texts / sizeof texts[0]; i++) {
         struct bd_cli_files files;
-        struct bd_fault fault = {0};
-        collect(texts[i], &files, BD_ERR_OK, &fault);
+        struct bd_err_detail detail = {0};
+        collect(texts[i], &files, BD_ERR_OK, &detail);
         assert_int_equal(files.count, 1);
         bd_cli_files_finish(&files);
     }

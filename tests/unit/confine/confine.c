@@ -66,10 +66,11 @@ static void confine(enum bd_sandbox sandbox, bool software)
     const char *sockets[] = {listened, NULL}, *again[] = {token_file, NULL};
     const struct bd_confine_paths paths = {
         .data = data, .data_is_temporary = true, .read_again = again, .sockets = sockets};
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     bd_confine_privileges();
-    if (bd_confine_paths(sandbox, &paths, &fault) || bd_confine_calls(sandbox, software, &fault)) {
-        fprintf(stderr, "%s\n", fault.message);
+    if (bd_confine_paths(sandbox, &paths, &detail) ||
+        bd_confine_calls(sandbox, software, &detail)) {
+        fprintf(stderr, "%s\n", detail.message);
         _exit(1);
     }
 }

@@ -34,8 +34,8 @@ static struct bd_encoded encode_one(const struct bd_encode_request *request, con
 {
     const struct bd_named_layer layer = {name, image};
     struct bd_encoded out;
-    struct bd_fault fault = {0};
-    if (bd_encode(request, &layer, 1, &manifest, &out, &fault)) fail_msg("%s", fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_encode(request, &layer, 1, &manifest, &out, &detail)) fail_msg("%s", detail.message);
     return out;
 }
 
@@ -325,18 +325,18 @@ static void bad_requests_name_the_field(void **state)
     struct bd_image *image = ramp(4, 4, 3);
     const struct bd_named_layer layer = {"beauty", image};
     struct bd_encoded out;
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     struct bd_encode_request request = bd_encode_request_default;
     request.jpeg_quality = 101;
-    assert_int_equal(bd_encode(&request, &layer, 1, &manifest, &out, &fault), BD_ERR_USAGE);
-    assert_string_equal(fault.field, "jpeg_quality");
+    assert_int_equal(bd_encode(&request, &layer, 1, &manifest, &out, &detail), BD_ERR_USAGE);
+    assert_string_equal(detail.field, "jpeg_quality");
     request = bd_encode_request_default;
     request.exposure_stops = NAN;
-    assert_int_equal(bd_encode(&request, &layer, 1, &manifest, &out, &fault), BD_ERR_USAGE);
-    assert_string_equal(fault.field, "exposure");
-    assert_int_equal(bd_encode(&bd_encode_request_default, &layer, 0, &manifest, &out, &fault),
+    assert_int_equal(bd_encode(&request, &layer, 1, &manifest, &out, &detail), BD_ERR_USAGE);
+    assert_string_equal(detail.field, "exposure");
+    assert_int_equal(bd_encode(&bd_encode_request_default, &layer, 0, &manifest, &out, &detail),
                      BD_ERR_USAGE);
-    assert_string_equal(fault.field, "layers");
+    assert_string_equal(detail.field, "layers");
     bd_image_destroy(&image);
 }
 

@@ -59,9 +59,9 @@ static struct bd_bytes write_layers(bool half)
 static struct bd_exr *read_back(const struct bd_bytes *bytes)
 {
     struct bd_exr *exr = NULL;
-    struct bd_fault fault = {0};
-    if (bd_exr_read(bytes->data, bytes->size_bytes, &bd_exr_limits_default, &exr, &fault))
-        fail_msg("%s", fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_exr_read(bytes->data, bytes->size_bytes, &bd_exr_limits_default, &exr, &detail))
+        fail_msg("%s", detail.message);
     return exr;
 }
 
@@ -170,9 +170,9 @@ static void layer_comes_back_as_an_image(void **state)
     assert_int_equal(bd_layer_from_exr(exr, "depth", &image, NULL), BD_ERR_OK);
     assert_int_equal(image->channel_count, 1);
     bd_image_destroy(&image);
-    struct bd_fault fault;
-    assert_int_equal(bd_layer_from_exr(exr, "indirect", &image, &fault), BD_ERR_NOT_FOUND);
-    assert_non_null(strstr(fault.message, "direct.R"));
+    struct bd_err_detail detail;
+    assert_int_equal(bd_layer_from_exr(exr, "indirect", &image, &detail), BD_ERR_NOT_FOUND);
+    assert_non_null(strstr(detail.message, "direct.R"));
     bd_exr_destroy(&exr);
     bd_bytes_finish(&bytes);
 }
@@ -184,9 +184,9 @@ static void layers_of_different_size_are_refused(void **state)
     const struct bd_named_layer layers[] = {{"beauty", a}, {"direct", b}};
     struct bd_exr_plane planes[BD_EXR_CHANNEL_MAX];
     size_t count;
-    struct bd_fault fault;
-    assert_int_equal(bd_layers_to_planes(layers, 2, planes, &count, &fault), BD_ERR_USAGE);
-    assert_non_null(strstr(fault.message, "direct"));
+    struct bd_err_detail detail;
+    assert_int_equal(bd_layers_to_planes(layers, 2, planes, &count, &detail), BD_ERR_USAGE);
+    assert_non_null(strstr(detail.message, "direct"));
     bd_image_destroy(&a);
     bd_image_destroy(&b);
 }
@@ -201,11 +201,11 @@ static void every_truncation_is_refused(void **state)
         uint8_t *cut = malloc(size ? size : 1);
         memcpy(cut, bytes.data, size);
         struct bd_exr *exr = NULL;
-        struct bd_fault fault = {0};
-        enum bd_err err = bd_exr_read(cut, size, &bd_exr_limits_default, &exr, &fault);
+        struct bd_err_detail detail = {0};
+        enum bd_err err = bd_exr_read(cut, size, &bd_exr_limits_default, &exr, &detail);
         if (err == BD_ERR_OK) fail_msg("%zu of %zu bytes were read", size, bytes.size_bytes);
         assert_null(exr);
-        assert_true(fault.message[0]);
+        assert_true(detail.message[0]);
         free(cut);
     }
     bd_bytes_finish(&bytes);
@@ -254,13 +254,14 @@ static void huge_windows_are_refused_before_allocation(void **state)
     for (size_t i = 0; i < sizeof windows / sizeof windows[0]; i++) {
         memcpy(bytes.data + at + 8, windows[i], 8);
         struct bd_exr *exr = NULL;
-        struct bd_fault fault = {0};
+        struct bd_err_detail detail = {0};
         enum bd_err err =
-            bd_exr_read(bytes.data, bytes.size_bytes, &bd_exr_limits_default, &exr, &fault);
+            bd_exr_read(bytes.data, bytes.size_bytes, &bd_exr_limits_default, &exr, &detail);
         assert_true(err == BD_ERR_LIMIT || err == BD_ERR_BAD_INPUT);
         assert_null(exr);
         // Within the limits, but not what ten kilobytes can hold.
-        if (windows[i][0] == 20000 && !strstr(fault.message, "bomb")) fail_msg("%s", fault.message);
+        if (windows[i][0] == 20000 && !strstr(detail.message, "bomb"))
+            fail_msg("%s", detail.message);
     }
     bd_bytes_finish(&bytes);
 }
@@ -270,9 +271,10 @@ static void limits_are_named(void **state)
     (void)state;
     struct bd_bytes bytes = write_layers(false);
     struct bd_exr *exr = NULL;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     struct bd_exr_limits small = {.side_px_max = 32768, .size_bytes_max = 1 << 15};
-    assert_int_equal(bd_exr_read(bytes.data, bytes.size_bytes, &small, &exr, &fault), BD_ERR_LIMIT);
+    assert_int_equal(bd_exr_read(bytes.data, bytes.size_bytes, &small, &exr, &detail),
+                     BD_ERR_LIMIT);
     assert_null(exr);
     bd_bytes_finish(&bytes);
 }

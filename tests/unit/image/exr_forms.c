@@ -126,10 +126,10 @@ static void every_form_is_read(void **state)
     for (size_t i = 0; i < 2 * COMPRESSION_COUNT; i++) {
         struct bd_bytes bytes = write_file(compressions[i / 2], i % 2);
         struct bd_exr *exr = NULL;
-        struct bd_fault fault = {0};
-        if (bd_exr_read(bytes.data, bytes.size_bytes, &bd_exr_limits_default, &exr, &fault))
+        struct bd_err_detail detail = {0};
+        if (bd_exr_read(bytes.data, bytes.size_bytes, &bd_exr_limits_default, &exr, &detail))
             fail_msg("compression %d, tiled %d: %s", (int)compressions[i / 2], (int)i % 2,
-                     fault.message);
+                     detail.message);
         assert_int_equal(exr->width_px, WIDTH);
         assert_int_equal(exr->height_px, HEIGHT);
         for (int c = 0; c < 3; c++) {
@@ -152,10 +152,10 @@ static void unknown_compression_gives_no_picture(void **state)
     assert_non_null(at);
     at[28] = EXR_COMPRESSION_LAST_TYPE;
     struct bd_exr *exr = NULL;
-    struct bd_fault fault = {0};
-    assert_true(bd_exr_read(bytes.data, bytes.size_bytes, &bd_exr_limits_default, &exr, &fault));
+    struct bd_err_detail detail = {0};
+    assert_true(bd_exr_read(bytes.data, bytes.size_bytes, &bd_exr_limits_default, &exr, &detail));
     assert_null(exr);
-    assert_true(fault.message[0]);
+    assert_true(detail.message[0]);
     bd_bytes_finish(&bytes);
 }
 
@@ -176,9 +176,9 @@ static void damage_never_crashes(void **state)
                 copy[(x >> 8) % (round % 2 && size > 700 ? 700 : size)] = (uint8_t)(x >> 3);
             }
             struct bd_exr *exr = NULL;
-            struct bd_fault fault = {0};
-            if (bd_exr_read(copy, size, &bd_exr_limits_default, &exr, &fault))
-                assert_true(fault.message[0] && !exr);
+            struct bd_err_detail detail = {0};
+            if (bd_exr_read(copy, size, &bd_exr_limits_default, &exr, &detail))
+                assert_true(detail.message[0] && !exr);
             bd_exr_destroy(&exr);
             free(copy);
         }

@@ -125,9 +125,9 @@ static void assert_picture(const struct kind *kind, struct form form)
     size_t size_bytes;
     unsigned char *bytes = write_form(kind, form, &size_bytes);
     struct bd_exr *exr = NULL;
-    struct bd_fault fault = {0};
-    if (bd_exr_read(bytes, size_bytes, &bd_exr_limits_default, &exr, &fault))
-        fail_msg("%s, compression %d: %s", kind->what, form.compression, fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_exr_read(bytes, size_bytes, &bd_exr_limits_default, &exr, &detail))
+        fail_msg("%s, compression %d: %s", kind->what, form.compression, detail.message);
     assert_int_equal(exr->width_px, WIDTH);
     assert_int_equal(exr->height_px, HEIGHT);
     assert_int_equal(exr->channel_count, kind->count);
@@ -197,10 +197,10 @@ static void lossy_files_are_small(void **state)
 static bool read_copy(const unsigned char *bytes, size_t size)
 {
     struct bd_exr *exr = NULL;
-    struct bd_fault fault = {0};
-    enum bd_err err = bd_exr_read(bytes, size, &bd_exr_limits_default, &exr, &fault);
+    struct bd_err_detail detail = {0};
+    enum bd_err err = bd_exr_read(bytes, size, &bd_exr_limits_default, &exr, &detail);
     assert_true((err == BD_ERR_OK) == (exr != NULL));
-    assert_true(!err || fault.message[0]);
+    assert_true(!err || detail.message[0]);
     bd_exr_destroy(&exr);
     return !err;
 }

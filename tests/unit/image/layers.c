@@ -60,8 +60,8 @@ static void layers_and_halves_come_back(void **state)
         bd_image_destroy(&images[i]);
     }
     struct bd_image *none = NULL;
-    struct bd_fault fault;
-    assert_int_equal(bd_layer_from_exr(exr, "beauty", &none, &fault), BD_ERR_NOT_FOUND);
+    struct bd_err_detail detail;
+    assert_int_equal(bd_layer_from_exr(exr, "beauty", &none, &detail), BD_ERR_NOT_FOUND);
     bd_exr_destroy(&exr);
 }
 

@@ -76,8 +76,8 @@ static struct bd_light_filter_inputs inputs_of(const struct picture *p)
 static void run(struct picture *p)
 {
     const struct bd_light_filter_inputs inputs = inputs_of(p);
-    struct bd_fault fault = {0};
-    if (bd_light_filter_run(&inputs, p->out, &fault)) fail_msg("%s", fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_light_filter_run(&inputs, p->out, &detail)) fail_msg("%s", detail.message);
 }
 
 static double mean_of(const struct bd_image *a)

@@ -265,9 +265,9 @@ static void a_reference_that_is_not_finite_is_refused(void **state)
     r->pixels[5] = NAN;
     struct bd_metric_input input = {.reference = {image, r}, .image = {image, image}};
     struct bd_metrics metrics;
-    struct bd_fault fault;
-    assert_int_equal(bd_metrics_measure(&input, &metrics, &fault), BD_ERR_BAD_INPUT);
-    assert_non_null(strstr(fault.message, "2,1"));
+    struct bd_err_detail detail;
+    assert_int_equal(bd_metrics_measure(&input, &metrics, &detail), BD_ERR_BAD_INPUT);
+    assert_non_null(strstr(detail.message, "2,1"));
     bd_image_destroy(&image);
     bd_image_destroy(&r);
 }
@@ -284,9 +284,9 @@ static void shapes_must_match(void **state)
     static const char *const fields[] = {"image", "reference", "image"};
     for (int i = 0; i < 3; i++) {
         struct bd_metrics metrics;
-        struct bd_fault fault;
-        assert_int_equal(bd_metrics_measure(&inputs[i], &metrics, &fault), BD_ERR_USAGE);
-        assert_string_equal(fault.field, fields[i]);
+        struct bd_err_detail detail;
+        assert_int_equal(bd_metrics_measure(&inputs[i], &metrics, &detail), BD_ERR_USAGE);
+        assert_string_equal(detail.field, fields[i]);
     }
     bd_image_destroy(&a);
     bd_image_destroy(&b);

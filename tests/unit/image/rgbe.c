@@ -88,9 +88,9 @@ static struct file make(const char *head, const char *size, row_fn put_row)
 static struct bd_image *read_file(const struct file *file)
 {
     struct bd_image *image = NULL;
-    struct bd_fault fault = {0};
-    if (bd_rgbe_read(file->bytes, file->size, SIDE_MAX, &image, &fault))
-        fail_msg("%s", fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_rgbe_read(file->bytes, file->size, SIDE_MAX, &image, &detail))
+        fail_msg("%s", detail.message);
     return image;
 }
 
@@ -156,10 +156,10 @@ static void assert_refused(const struct file *file, size_t size, enum bd_err err
     uint8_t *copy = malloc(size ? size : 1);
     memcpy(copy, file->bytes, size);
     struct bd_image *image = NULL;
-    struct bd_fault fault = {0};
-    const enum bd_err got = bd_rgbe_read(copy, size, SIDE_MAX, &image, &fault);
-    if (got != err || image || !strstr(fault.message, word))
-        fail_msg("%zu bytes: error %d, \"%s\"", size, (int)got, fault.message);
+    struct bd_err_detail detail = {0};
+    const enum bd_err got = bd_rgbe_read(copy, size, SIDE_MAX, &image, &detail);
+    if (got != err || image || !strstr(detail.message, word))
+        fail_msg("%zu bytes: error %d, \"%s\"", size, (int)got, detail.message);
     free(copy);
 }
 
@@ -234,10 +234,10 @@ static void damage_never_crashes(void **state)
         uint8_t *copy = malloc(file.size);
         memcpy(copy, file.bytes, file.size);
         struct bd_image *image = NULL;
-        struct bd_fault fault = {0};
-        const enum bd_err err = bd_rgbe_read(copy, file.size, SIDE_MAX, &image, &fault);
+        struct bd_err_detail detail = {0};
+        const enum bd_err err = bd_rgbe_read(copy, file.size, SIDE_MAX, &image, &detail);
         assert_true((err != BD_ERR_OK) == (image == NULL));
-        assert_true(!err || fault.message[0]);
+        assert_true(!err || detail.message[0]);
         bd_image_destroy(&image);
         free(copy);
     }

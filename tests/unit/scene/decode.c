@@ -13,14 +13,14 @@ static const struct bd_decode_limits limits = {1024, 1 << 20};
 struct decoded {
     uint32_t width_px, height_px;
     uint8_t *rgba;
-    struct bd_fault fault;
+    struct bd_err_detail detail;
 };
 
 static enum bd_err decode(const void *bytes, size_t size, struct decoded *out)
 {
     *out = (struct decoded){0};
     return bd_picture_decode(bytes, size, &limits, "images[0]", &out->width_px, &out->height_px,
-                             &out->rgba, &out->fault);
+                             &out->rgba, &out->detail);
 }
 
 static void *png(uint32_t width, uint32_t height, int type, int bits, const void *pixels,
@@ -47,7 +47,7 @@ static void assert_png(int type, int bits, const void *pixels, size_t pixel_byte
     size_t size;
     struct decoded out;
     void *bytes = png(2, 1, type, bits, pixels, pixel_bytes, &size);
-    if (decode(bytes, size, &out)) fail_msg("%s", out.fault.message);
+    if (decode(bytes, size, &out)) fail_msg("%s", out.detail.message);
     assert_int_equal(out.width_px, 2);
     assert_memory_equal(out.rgba, expected, 8);
     free(out.rgba);
@@ -99,8 +99,8 @@ static void size_is_checked_first(void **state)
     size_t size;
     void *bytes = png(1025, 1, SPNG_COLOR_TYPE_GRAYSCALE, 8, row, sizeof row, &size);
     assert_int_equal(decode(bytes, size, &out), BD_ERR_LIMIT);
-    assert_non_null(strstr(out.fault.message, "1025 x 1"));
-    assert_string_equal(out.fault.field, "images[0]");
+    assert_non_null(strstr(out.detail.message, "1025 x 1"));
+    assert_string_equal(out.detail.field, "images[0]");
     free(bytes);
 }
 

@@ -16,9 +16,9 @@ static struct bd_scene *two_lights(void)
 static struct bd_scene *applied(const struct bd_scene *base, const struct bd_delta *delta)
 {
     struct bd_scene *out;
-    struct bd_fault fault = {0};
-    if (bd_delta_apply(base, delta, &out, &fault) != BD_ERR_OK)
-        fail_msg("%s: %s", fault.field, fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_delta_apply(base, delta, &out, &detail) != BD_ERR_OK)
+        fail_msg("%s: %s", detail.field, detail.message);
     assert_as_from_scratch(out);
     return out;
 }
@@ -204,19 +204,19 @@ static void what_is_not_there_is_refused(void **state)
 {
     (void)state;
     struct bd_scene *scene = two_lights(), *out;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     struct bd_delta delta = of(scene, BD_OBJECT_NODE, 0);
     delta.changes[0].node.light = 99;
-    assert_int_equal(bd_delta_apply(scene, &delta, &out, &fault), BD_ERR_BAD_INPUT);
+    assert_int_equal(bd_delta_apply(scene, &delta, &out, &detail), BD_ERR_BAD_INPUT);
     assert_null(out);
-    assert_string_equal(fault.field, "nodes[0].light");
+    assert_string_equal(detail.field, "nodes[0].light");
     delta.changes[0].node = scene->nodes[0];
     delta.changes[0].node.parent = 0;
-    assert_int_equal(bd_delta_apply(scene, &delta, &out, &fault), BD_ERR_BAD_INPUT);
-    assert_string_equal(fault.field, "nodes");
+    assert_int_equal(bd_delta_apply(scene, &delta, &out, &detail), BD_ERR_BAD_INPUT);
+    assert_string_equal(detail.field, "nodes");
     delta.changes[0].id = BD_OBJECT_ID_END;
-    assert_int_equal(bd_delta_apply(scene, &delta, &out, &fault), BD_ERR_LIMIT);
-    assert_string_equal(fault.field, "node");
+    assert_int_equal(bd_delta_apply(scene, &delta, &out, &detail), BD_ERR_LIMIT);
+    assert_string_equal(detail.field, "node");
     bd_delta_finish(&delta);
     bd_scene_release(&scene);
 }
@@ -245,21 +245,21 @@ static void what_is_written_is_read(void **state)
     (void)state;
     struct bd_scene *scene = load(own_scenes, "checker.glb");
     struct shelf shelf = {0};
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     struct bd_delta delta = of_everything(scene), again;
     bd_content_of_delta(&delta, keep_content, &shelf);
     assert_true(shelf.count >= 2); // a mesh and a picture
     struct bytes bytes = bytes_of(&delta);
-    assert_int_equal(bd_delta_read(bytes.data, bytes.size, find_on_shelf, &shelf, &again, &fault),
+    assert_int_equal(bd_delta_read(bytes.data, bytes.size, find_on_shelf, &shelf, &again, &detail),
                      BD_ERR_OK);
     struct bytes twice = bytes_of(&again);
     assert_int_equal(bytes.size, twice.size);
     assert_memory_equal(bytes.data, twice.data, bytes.size);
     bd_delta_finish(&again);
     clear_shelf(&shelf);
-    assert_int_equal(bd_delta_read(bytes.data, bytes.size, find_on_shelf, &shelf, &again, &fault),
+    assert_int_equal(bd_delta_read(bytes.data, bytes.size, find_on_shelf, &shelf, &again, &detail),
                      BD_ERR_NOT_FOUND);
-    assert_string_equal(fault.field, "picture");
+    assert_string_equal(detail.field, "picture");
     free(bytes.data), free(twice.data);
     bd_delta_finish(&delta);
     bd_scene_release(&scene);
@@ -268,23 +268,23 @@ static void what_is_written_is_read(void **state)
 static void try_damaged(const struct bd_scene *scene, struct shelf *shelf, const uint8_t *data,
                         size_t size, unsigned *read)
 {
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     struct bd_delta delta;
     uint8_t *own = malloc(size ? size : 1); // its own block, so that ASan sees any overrun
     assert_non_null(own);
     memcpy(own, data, size);
-    if (bd_delta_read(own, size, find_on_shelf, shelf, &delta, &fault) == BD_ERR_OK) {
+    if (bd_delta_read(own, size, find_on_shelf, shelf, &delta, &detail) == BD_ERR_OK) {
         struct bd_scene *out;
         ++*read;
         // Ids of four millions are legal; tests have better things to do.
         bool small = true;
         for (uint32_t i = 0; i < delta.count; i++) small &= delta.changes[i].id < 1000;
-        if (small && bd_delta_apply(scene, &delta, &out, &fault) == BD_ERR_OK)
+        if (small && bd_delta_apply(scene, &delta, &out, &detail) == BD_ERR_OK)
             bd_scene_release(&out);
         bd_delta_finish(&delta);
     } else {
         assert_int_equal(delta.count, 0);
-        assert_true(fault.field[0] && fault.message[0]);
+        assert_true(detail.field[0] && detail.message[0]);
     }
     free(own);
 }
@@ -321,11 +321,11 @@ static void counts_are_not_believed(void **state)
     for (size_t i = 0; i < sizeof counts / sizeof counts[0]; i++) {
         uint8_t bytes[64] = "BDDELT01";
         struct bd_delta delta;
-        struct bd_fault fault = {0};
+        struct bd_err_detail detail = {0};
         memcpy(bytes + 8, &counts[i], sizeof counts[i]);
-        assert_int_equal(bd_delta_read(bytes, sizeof bytes, find_on_shelf, &empty, &delta, &fault),
+        assert_int_equal(bd_delta_read(bytes, sizeof bytes, find_on_shelf, &empty, &delta, &detail),
                          BD_ERR_NOT_FOUND);
-        assert_int_equal(bd_delta_read(bytes, 12, find_on_shelf, &empty, &delta, &fault),
+        assert_int_equal(bd_delta_read(bytes, 12, find_on_shelf, &empty, &delta, &detail),
                          BD_ERR_BAD_INPUT);
     }
 }

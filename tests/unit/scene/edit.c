@@ -25,14 +25,14 @@ static struct world begin(const char *name)
 static void edit_all(struct world *world, const struct bd_edit_op *ops, uint32_t count)
 {
     struct bd_delta delta, inverse;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     struct bd_scene *after, *back;
     if (bd_edit_check(world->scene, ops, count, &bd_edit_default_limits, &delta, world->ids,
-                      &fault) != BD_ERR_OK)
-        fail_msg("%s: %s", fault.field, fault.message);
-    assert_int_equal(bd_delta_apply(world->scene, &delta, &after, &fault), BD_ERR_OK);
+                      &detail) != BD_ERR_OK)
+        fail_msg("%s: %s", detail.field, detail.message);
+    assert_int_equal(bd_delta_apply(world->scene, &delta, &after, &detail), BD_ERR_OK);
     assert_true(bd_delta_invert(world->scene, &delta, &inverse));
-    assert_int_equal(bd_delta_apply(after, &inverse, &back, &fault), BD_ERR_OK);
+    assert_int_equal(bd_delta_apply(after, &inverse, &back, &detail), BD_ERR_OK);
     assert_memory_equal(back->content_sha256, world->scene->content_sha256, 32);
     assert_as_from_scratch(after);
     assert_as_from_scratch(back);
@@ -50,12 +50,12 @@ static void refused_all(const struct world *world, const struct bd_edit_op *ops,
                         enum bd_err err, const char *field, const char *says)
 {
     struct bd_delta delta;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     enum bd_err got =
-        bd_edit_check(world->scene, ops, count, &bd_edit_default_limits, &delta, NULL, &fault);
-    if (got != err || strcmp(fault.field, field) != 0 || !strstr(fault.message, says))
+        bd_edit_check(world->scene, ops, count, &bd_edit_default_limits, &delta, NULL, &detail);
+    if (got != err || strcmp(detail.field, field) != 0 || !strstr(detail.message, says))
         fail_msg("want %s %s \"%s\", got %s %s \"%s\"", bd_err_name(err), field, says,
-                 bd_err_name(got), fault.field, fault.message);
+                 bd_err_name(got), detail.field, detail.message);
     assert_int_equal(delta.count, 0);
     assert_null(delta.changes);
 }
@@ -253,11 +253,11 @@ static int32_t share_picture(struct world *world)
 {
     const int32_t id = (int32_t)world->scene->texture_count;
     struct bd_delta delta = {0};
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     struct bd_scene *after;
     assert_true(bd_delta_take(&delta, world->scene, BD_OBJECT_TEXTURE, 0));
     delta.changes[0].id = (uint32_t)id;
-    assert_int_equal(bd_delta_apply(world->scene, &delta, &after, &fault), BD_ERR_OK);
+    assert_int_equal(bd_delta_apply(world->scene, &delta, &after, &detail), BD_ERR_OK);
     bd_delta_finish(&delta);
     bd_scene_release(&world->scene);
     world->scene = after;
@@ -377,9 +377,9 @@ static void ways_up_are_counted(void **state)
     }
     struct bd_edit_limits few = bd_edit_default_limits;
     struct bd_delta delta;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     few.steps = 0; // nothing was removed or moved
-    assert_int_equal(bd_edit_check(w.scene, ops, 12, &few, &delta, NULL, &fault), BD_ERR_OK);
+    assert_int_equal(bd_edit_check(w.scene, ops, 12, &few, &delta, NULL, &detail), BD_ERR_OK);
     bd_delta_finish(&delta);
     edit_all(&w, ops, 12);
     const int32_t low = w.ids[11];
@@ -390,14 +390,14 @@ static void ways_up_are_counted(void **state)
         OP(SET_TRANSFORM, .id = low, TRANSFORM(.given = 0)),
     };
     few.steps = 24;
-    assert_int_equal(bd_edit_check(w.scene, moved, 4, &few, &delta, NULL, &fault), BD_ERR_OK);
+    assert_int_equal(bd_edit_check(w.scene, moved, 4, &few, &delta, NULL, &detail), BD_ERR_OK);
     bd_delta_finish(&delta);
     few.steps = 23;
-    assert_int_equal(bd_edit_check(w.scene, moved, 4, &few, &delta, NULL, &fault), BD_ERR_LIMIT);
-    assert_string_equal(fault.field, "ops[3].set_transform");
+    assert_int_equal(bd_edit_check(w.scene, moved, 4, &few, &delta, NULL, &detail), BD_ERR_LIMIT);
+    assert_string_equal(detail.field, "ops[3].set_transform");
     few.steps = 11;
-    assert_int_equal(bd_edit_check(w.scene, moved, 4, &few, &delta, NULL, &fault), BD_ERR_LIMIT);
-    assert_string_equal(fault.field, "ops[1].set_node");
+    assert_int_equal(bd_edit_check(w.scene, moved, 4, &few, &delta, NULL, &detail), BD_ERR_LIMIT);
+    assert_string_equal(detail.field, "ops[1].set_node");
     bd_scene_release(&w.scene);
 }
 
@@ -471,7 +471,7 @@ static void vertices(void **state)
 {
     (void)state;
     struct world w = begin("two_lights.glb");
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     const struct bd_mesh *mesh = w.scene->meshes[0];
     const struct bd_primitive *primitive = &mesh->primitives[0];
     const uint32_t count = primitive->vertex_count;
@@ -484,8 +484,8 @@ static void vertices(void **state)
     }
     struct bd_mesh *deformed;
     const char *field = "ops[0].set_mesh_vertices";
-    assert_int_equal(bd_edit_deform_mesh(mesh, 0, positions, NULL, count, field, &deformed, &fault),
-                     BD_ERR_OK);
+    assert_int_equal(
+        bd_edit_deform_mesh(mesh, 0, positions, NULL, count, field, &deformed, &detail), BD_ERR_OK);
     for (uint32_t v = 0; v < count; v++) {
         const float *was = primitive->normal + 3 * (size_t)v;
         const float *is = deformed->primitives[0].normal + 3 * (size_t)v;
@@ -498,16 +498,16 @@ static void vertices(void **state)
     assert_memory_equal(w.scene->meshes[0]->sha256, deformed->sha256, 32);
     mesh = w.scene->meshes[0];
     struct bd_mesh *bad;
-    assert_int_equal(bd_edit_deform_mesh(mesh, 0, positions, NULL, count - 1, field, &bad, &fault),
+    assert_int_equal(bd_edit_deform_mesh(mesh, 0, positions, NULL, count - 1, field, &bad, &detail),
                      BD_ERR_USAGE);
-    assert_string_equal(fault.field, "ops[0].set_mesh_vertices.positions");
-    assert_int_equal(bd_edit_deform_mesh(mesh, 9, positions, NULL, count, field, &bad, &fault),
+    assert_string_equal(detail.field, "ops[0].set_mesh_vertices.positions");
+    assert_int_equal(bd_edit_deform_mesh(mesh, 9, positions, NULL, count, field, &bad, &detail),
                      BD_ERR_NOT_FOUND);
-    assert_string_equal(fault.field, "ops[0].set_mesh_vertices.primitive");
+    assert_string_equal(detail.field, "ops[0].set_mesh_vertices.primitive");
     positions[1] = INFINITY;
-    assert_int_equal(bd_edit_deform_mesh(mesh, 0, positions, NULL, count, field, &bad, &fault),
+    assert_int_equal(bd_edit_deform_mesh(mesh, 0, positions, NULL, count, field, &bad, &detail),
                      BD_ERR_USAGE);
-    assert_string_equal(fault.field, "ops[0].set_mesh_vertices.positions");
+    assert_string_equal(detail.field, "ops[0].set_mesh_vertices.positions");
     deformed->primitives[0].index_count = 0;
     refused(&w, OP(SET_MESH_VERTICES, .id = 0, .mesh = {.mesh = deformed}), BD_ERR_CONFLICT,
             "ops[0].set_mesh_vertices.mesh", "other triangles");
@@ -526,12 +526,12 @@ static void a_zero_is_one_place(void **state)
     const struct bd_primitive_source source = {
         .material = BD_NONE, .vertex_count = 6, .positions = square, .normals = up};
     struct bd_mesh *mesh, *bent;
-    struct bd_fault fault = {0};
-    assert_int_equal(bd_edit_build_mesh(&source, 1, "", &mesh, &fault), BD_ERR_OK);
+    struct bd_err_detail detail = {0};
+    assert_int_equal(bd_edit_build_mesh(&source, 1, "", &mesh, &detail), BD_ERR_OK);
     float positions[18];
     memcpy(positions, square, sizeof positions);
     positions[14] = 1; // the corner of one triangle alone
-    assert_int_equal(bd_edit_deform_mesh(mesh, 0, positions, NULL, 6, "", &bent, &fault),
+    assert_int_equal(bd_edit_deform_mesh(mesh, 0, positions, NULL, 6, "", &bent, &detail),
                      BD_ERR_OK);
     const float *normal = bent->primitives[0].normal;
     assert_true(normal[3] < -0.1f && normal[4] < -0.1f);
@@ -544,11 +544,11 @@ static void a_zero_is_one_place(void **state)
 static void assert_not_built(struct bd_primitive_source source, const char *field)
 {
     struct bd_mesh *mesh;
-    struct bd_fault fault = {0};
-    assert_int_equal(bd_edit_build_mesh(&source, 1, "ops[0].add_mesh", &mesh, &fault),
+    struct bd_err_detail detail = {0};
+    assert_int_equal(bd_edit_build_mesh(&source, 1, "ops[0].add_mesh", &mesh, &detail),
                      BD_ERR_USAGE);
     assert_null(mesh);
-    assert_string_equal(fault.field, field);
+    assert_string_equal(detail.field, field);
 }
 
 static void built_meshes(void **state)
@@ -566,8 +566,8 @@ static void built_meshes(void **state)
                                               .indices = two};
     struct world w = begin("two_lights.glb");
     struct bd_mesh *mesh;
-    struct bd_fault fault = {0};
-    assert_int_equal(bd_edit_build_mesh(&plain, 1, "ops[0].add_mesh", &mesh, &fault), BD_ERR_OK);
+    struct bd_err_detail detail = {0};
+    assert_int_equal(bd_edit_build_mesh(&plain, 1, "ops[0].add_mesh", &mesh, &detail), BD_ERR_OK);
     const struct bd_primitive *made = &mesh->primitives[0];
     assert_int_equal(made->index_count, 6);
     assert_true(made->normal[2] == 1 && made->tangent[0] == 1 && made->bounds_max[1] == 1);
@@ -667,21 +667,21 @@ static void limits(void **state)
                                 OP(ADD_NODE, .id = 0)};
     struct bd_edit_limits few = bd_edit_default_limits;
     struct bd_delta delta;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     few.ops = 2;
-    assert_int_equal(bd_edit_check(w.scene, ops, 3, &few, &delta, NULL, &fault), BD_ERR_LIMIT);
-    assert_string_equal(fault.field, "ops");
+    assert_int_equal(bd_edit_check(w.scene, ops, 3, &few, &delta, NULL, &detail), BD_ERR_LIMIT);
+    assert_string_equal(detail.field, "ops");
     few = bd_edit_default_limits;
     few.objects = w.scene->node_count + 2;
-    assert_int_equal(bd_edit_check(w.scene, ops, 3, &few, &delta, NULL, &fault), BD_ERR_LIMIT);
-    assert_string_equal(fault.field, "ops[2].add_node");
+    assert_int_equal(bd_edit_check(w.scene, ops, 3, &few, &delta, NULL, &detail), BD_ERR_LIMIT);
+    assert_string_equal(detail.field, "ops[2].add_node");
     few = bd_edit_default_limits;
     few.triangles = w.scene->features.triangle_count;
-    assert_int_equal(bd_edit_check(w.scene, ops, 1, &few, &delta, NULL, &fault), BD_ERR_LIMIT);
-    assert_int_equal(bd_edit_check(w.scene, ops + 1, 2, &few, &delta, NULL, &fault), BD_ERR_OK);
+    assert_int_equal(bd_edit_check(w.scene, ops, 1, &few, &delta, NULL, &detail), BD_ERR_LIMIT);
+    assert_int_equal(bd_edit_check(w.scene, ops + 1, 2, &few, &delta, NULL, &detail), BD_ERR_OK);
     bd_delta_finish(&delta);
     refused_all(&w, ops, 0, BD_ERR_USAGE, "ops", "none");
-    // Nothing of a batch is done that ends in a fault.
+    // Nothing of a batch is done that ends in an error.
     ops[2] = OP(SET_LIGHT, .id = 50);
     refused_all(&w, ops, 3, BD_ERR_NOT_FOUND, "ops[2].set_light.light", "no light 50");
     bd_scene_release(&w.scene);

@@ -157,12 +157,12 @@ static struct bd_delta by_bytes(struct walk *walk, const struct bd_delta *delta)
 {
     struct bytes bytes = {0};
     struct bd_delta again;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     bd_content_of_delta(delta, keep_content, &walk->shelf);
     assert_true(bd_delta_write(delta, collect, &bytes));
-    if (bd_delta_read(bytes.data, bytes.size, find_on_shelf, &walk->shelf, &again, &fault) !=
+    if (bd_delta_read(bytes.data, bytes.size, find_on_shelf, &walk->shelf, &again, &detail) !=
         BD_ERR_OK)
-        fail_msg("%s: %s", fault.field, fault.message);
+        fail_msg("%s: %s", detail.field, detail.message);
     free(bytes.data);
     return again;
 }
@@ -176,9 +176,9 @@ static void replace(struct bd_scene **scene, struct bd_scene *with)
 static struct bd_scene *applied(const struct bd_scene *base, const struct bd_delta *delta)
 {
     struct bd_scene *out;
-    struct bd_fault fault = {0};
-    if (bd_delta_apply(base, delta, &out, &fault) != BD_ERR_OK)
-        fail_msg("%s: %s", fault.field, fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_delta_apply(base, delta, &out, &detail) != BD_ERR_OK)
+        fail_msg("%s: %s", detail.field, detail.message);
     return out;
 }
 
@@ -186,12 +186,12 @@ static void step(struct walk *walk, const struct bd_scene *other)
 {
     struct bd_edit_op ops[OPS_MAX];
     struct bd_delta delta, inverse;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     const uint32_t count = 1 + random_below(OPS_MAX);
     for (uint32_t i = 0; i < count; i++) ops[i] = random_op(walk->scene, other, &said[i]);
-    if (bd_edit_check(walk->scene, ops, count, &bd_edit_default_limits, &delta, NULL, &fault) !=
+    if (bd_edit_check(walk->scene, ops, count, &bd_edit_default_limits, &delta, NULL, &detail) !=
         BD_ERR_OK) {
-        assert_true(strncmp(fault.field, "ops[", 4) == 0 && fault.message[0]);
+        assert_true(strncmp(detail.field, "ops[", 4) == 0 && detail.message[0]);
         return;
     }
     struct bd_scene *after = applied(walk->scene, &delta);
@@ -213,13 +213,13 @@ static struct bd_scene *from_index(struct walk *walk)
 {
     struct bytes index = {0};
     struct bd_scene *scene;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     bd_content_of_scene(walk->scene, keep_content, &walk->shelf);
     assert_true(bd_flat_write_index(walk->scene, collect, &index));
     assert_int_equal(
-        bd_flat_read_index(index.data, index.size, find_on_shelf, &walk->shelf, &scene, &fault),
+        bd_flat_read_index(index.data, index.size, find_on_shelf, &walk->shelf, &scene, &detail),
         BD_ERR_OK);
-    assert_int_equal(bd_scene_finish(scene, &fault), BD_ERR_OK);
+    assert_int_equal(bd_scene_finish(scene, &detail), BD_ERR_OK);
     assert_memory_equal(scene->content_sha256, walk->scene->content_sha256, 32);
     free(index.data);
     return scene;
@@ -270,10 +270,10 @@ static void one_edit_is_quick(void **state)
                 .transform = {.given = BD_GIVEN_TRANSLATION, .translation = {0, round, 0}}};
             if (op.id == BD_NONE) op.id = 0;
             struct bd_delta delta;
-            struct bd_fault fault = {0};
+            struct bd_err_detail detail = {0};
             uint64_t start_ns = bd_clock_ns();
             assert_int_equal(
-                bd_edit_check(scene, &op, 1, &bd_edit_default_limits, &delta, NULL, &fault),
+                bd_edit_check(scene, &op, 1, &bd_edit_default_limits, &delta, NULL, &detail),
                 BD_ERR_OK);
             struct bd_scene *after = applied(scene, &delta);
             best_ms = fmin(best_ms, bd_ms_since(start_ns));

@@ -26,8 +26,8 @@ static struct bd_bytes map_file(const char *names, int plane, size_t at, float v
     const struct bd_exr_picture picture = {
         .width_px = SIDE, .height_px = SIDE, .planes = planes, .plane_count = 3};
     struct bd_bytes bytes = {0};
-    struct bd_fault fault = {0};
-    if (bd_exr_write(&picture, &bytes, &fault)) fail_msg("%s", fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_exr_write(&picture, &bytes, &detail)) fail_msg("%s", detail.message);
     return bytes;
 }
 
@@ -35,9 +35,9 @@ static struct bd_sky_map *read_map(float value, uint64_t *negative_count)
 {
     struct bd_bytes file = map_file("RGB", 1, 6, value);
     struct bd_sky_map *map = NULL;
-    struct bd_fault fault = {0};
-    if (bd_sky_map_read(file.data, file.size_bytes, "map", &map, negative_count, &fault))
-        fail_msg("%s", fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_sky_map_read(file.data, file.size_bytes, "map", &map, negative_count, &detail))
+        fail_msg("%s", detail.message);
     bd_sky_map_seal(map);
     bd_bytes_finish(&file);
     return map;
@@ -74,9 +74,9 @@ static void a_luminance_alone_is_grey(void **state)
     struct bd_bytes file = map_file("YAZ", 0, 6, 7);
     struct bd_sky_map *map = NULL;
     uint64_t negative_count = 99;
-    struct bd_fault fault = {0};
-    if (bd_sky_map_read(file.data, file.size_bytes, "map", &map, &negative_count, &fault))
-        fail_msg("%s", fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_sky_map_read(file.data, file.size_bytes, "map", &map, &negative_count, &detail))
+        fail_msg("%s", detail.message);
     for (int i = 0; i < 3 * SIDE * SIDE; i++)
         assert_true(map->rgb[i] == (i / 3 == 6 ? 7.0f : 0.5f));
     bd_sky_map_release(&map);
@@ -89,30 +89,30 @@ static void a_radiance_picture_is_a_map(void **state)
     static const char file[] = "#?RADIANCE\n\n-Y 1 +X 2\n\x7f\x3f\x1f\x81\x00\x00\x00\x00";
     struct bd_sky_map *map = NULL;
     uint64_t negative_count = 99;
-    struct bd_fault fault = {0};
-    if (bd_sky_map_read(file, sizeof file - 1, "map", &map, &negative_count, &fault))
-        fail_msg("%s", fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_sky_map_read(file, sizeof file - 1, "map", &map, &negative_count, &detail))
+        fail_msg("%s", detail.message);
     assert_int_equal(negative_count, 0);
     assert_int_equal(map->width_px, 2);
     assert_int_equal(map->height_px, 1);
     const float want[6] = {127.5f / 128, 63.5f / 128, 31.5f / 128};
     assert_memory_equal(map->rgb, want, sizeof want);
     bd_sky_map_release(&map);
-    assert_int_equal(bd_sky_map_read(file, sizeof file - 2, "map", &map, &negative_count, &fault),
+    assert_int_equal(bd_sky_map_read(file, sizeof file - 2, "map", &map, &negative_count, &detail),
                      BD_ERR_BAD_INPUT);
-    assert_string_equal(fault.field, "map");
-    assert_non_null(strstr(fault.message, "map: "));
+    assert_string_equal(detail.field, "map");
+    assert_non_null(strstr(detail.message, "map: "));
 }
 
 static void assert_map_refused(struct bd_bytes file, size_t size, enum bd_err err, const char *word)
 {
     struct bd_sky_map *map = NULL;
     uint64_t negative_count;
-    struct bd_fault fault = {0};
-    assert_int_equal(bd_sky_map_read(file.data, size, "map", &map, &negative_count, &fault), err);
+    struct bd_err_detail detail = {0};
+    assert_int_equal(bd_sky_map_read(file.data, size, "map", &map, &negative_count, &detail), err);
     assert_null(map);
-    assert_string_equal(fault.field, "map");
-    if (!strstr(fault.message, word)) fail_msg("\"%s\" in \"%s\"?", word, fault.message);
+    assert_string_equal(detail.field, "map");
+    if (!strstr(detail.message, word)) fail_msg("\"%s\" in \"%s\"?", word, detail.message);
     bd_bytes_finish(&file);
 }
 
@@ -179,9 +179,9 @@ static void a_sky_survives_the_flat_form_and_no_cut_of_it_does(void **state)
     (void)state;
     struct bd_scene *scene = scene_under_map(), *again;
     struct bytes flat = {0};
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     assert_true(bd_flat_write(scene, collect, &flat));
-    assert_int_equal(bd_flat_read(flat.data, flat.size, &again, &fault), BD_ERR_OK);
+    assert_int_equal(bd_flat_read(flat.data, flat.size, &again, &detail), BD_ERR_OK);
     assert_memory_equal(again->environment.radiance, scene->environment.radiance, 12);
     assert_int_equal(again->environment.map->content_hash, scene->environment.map->content_hash);
     bd_scene_release(&again);
@@ -189,14 +189,14 @@ static void a_sky_survives_the_flat_form_and_no_cut_of_it_does(void **state)
         uint8_t *cut = malloc(size ? size : 1);
         assert_non_null(cut);
         memcpy(cut, flat.data, size);
-        assert_int_equal(bd_flat_read(cut, size, &again, &fault), BD_ERR_BAD_INPUT);
+        assert_int_equal(bd_flat_read(cut, size, &again, &detail), BD_ERR_BAD_INPUT);
         free(cut);
     }
     // A texel that no sky has.
     const float nan = NAN;
     memcpy(flat.data + flat.size - 4 - sizeof nan, &nan, sizeof nan); // the count of flags is last
-    assert_int_equal(bd_flat_read(flat.data, flat.size, &again, &fault), BD_ERR_BAD_INPUT);
-    assert_string_equal(fault.field, "environment");
+    assert_int_equal(bd_flat_read(flat.data, flat.size, &again, &detail), BD_ERR_BAD_INPUT);
+    assert_string_equal(detail.field, "environment");
     free(flat.data);
     bd_scene_release(&scene);
 }
@@ -207,12 +207,12 @@ static void a_turned_sky_survives_the_flat_form(void **state)
     (void)state;
     struct bd_scene *scene = scene_under_map(), *again;
     struct bytes straight = {0}, turned = {0};
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     assert_true(bd_flat_write(scene, collect, &straight));
     bd_environment_turn(&scene->environment, (const double[4]){0, 2e9, 0, 2e9});
     assert_true(bd_flat_write(scene, collect, &turned));
     assert_int_equal(turned.size, straight.size + 16);
-    assert_int_equal(bd_flat_read(turned.data, turned.size, &again, &fault), BD_ERR_OK);
+    assert_int_equal(bd_flat_read(turned.data, turned.size, &again, &detail), BD_ERR_OK);
     assert_memory_equal(again->environment.rotation, scene->environment.rotation, 16);
     assert_float_equal(again->environment.rotation[1], sqrtf(0.5f), 1e-7);
     bd_scene_release(&again);
@@ -254,9 +254,9 @@ static void the_default_lights_yield_to_a_shining_sky(void **state)
                  {{0, 0, 0}, true, false}};
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         struct bd_scene *scene = cases[i].has_map ? scene_under_map() : bd_scene_create();
-        struct bd_fault fault = {0};
+        struct bd_err_detail detail = {0};
         memcpy(scene->environment.radiance, cases[i].radiance, sizeof cases[i].radiance);
-        assert_int_equal(bd_scene_finish(scene, &fault), BD_ERR_OK);
+        assert_int_equal(bd_scene_finish(scene, &detail), BD_ERR_OK);
         assert_int_equal(scene->features.has_environment, cases[i].shines);
         assert_int_equal(scene->placed_light_count, 2);
         assert_int_equal(bd_scene_lights_yield(scene, false, true), cases[i].shines);

@@ -55,13 +55,13 @@ static void a_scene_survives(void **state)
 {
     (void)state;
     struct bd_scene *scene = rich_scene(), *again;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     struct bytes first = flatten(scene);
-    assert_int_equal(bd_flat_read(first.data, first.size, &again, &fault), BD_ERR_OK);
+    assert_int_equal(bd_flat_read(first.data, first.size, &again, &detail), BD_ERR_OK);
     struct bytes second = flatten(again);
     assert_int_equal(first.size, second.size);
     assert_memory_equal(first.data, second.data, first.size);
-    assert_int_equal(bd_scene_finish(again, &fault), BD_ERR_OK);
+    assert_int_equal(bd_scene_finish(again, &detail), BD_ERR_OK);
     assert_string_equal(again->nodes[0].name, "K\xc3\xbc"
                                               "che");
     assert_int_equal(again->meshes[0]->content_hash, scene->meshes[0]->content_hash);
@@ -113,9 +113,10 @@ static void what_comes_is_what_was_written(void **state)
     static const uint32_t counts[] = {1, 1023, 1024, 1025, 5000};
     for (size_t i = 0; i < sizeof counts / sizeof counts[0]; i++) {
         struct bd_scene *scene = large_scene(counts[i]), *again;
-        struct bd_fault fault = {0};
+        struct bd_err_detail detail = {0};
         struct bytes first = flatten(scene), left = first;
-        if (bd_flat_receive(give, &left, first.size, &again, &fault)) fail_msg("%s", fault.message);
+        if (bd_flat_receive(give, &left, first.size, &again, &detail))
+            fail_msg("%s", detail.message);
         struct bytes second = flatten(again);
         assert_int_equal(left.size, 0);
         assert_int_equal(first.size, second.size);
@@ -133,16 +134,16 @@ static void what_ends_early_is_refused(void **state)
     (void)state;
     struct bd_scene *scene = rich_scene(), *again;
     struct bytes whole = flatten(scene);
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     for (size_t cut = 0; cut < whole.size; cut++) {
         struct bytes left = {whole.data, cut, 0};
-        assert_int_equal(bd_flat_receive(give, &left, 1ull << 40, &again, &fault),
+        assert_int_equal(bd_flat_receive(give, &left, 1ull << 40, &again, &detail),
                          BD_ERR_BAD_INPUT);
         assert_null(again);
     }
     memcpy(whole.data + 8, "\xff\xff\xff\x7f", 4);
     struct bytes left = whole;
-    assert_int_equal(bd_flat_receive(give, &left, 1ull << 40, &again, &fault), BD_ERR_BAD_INPUT);
+    assert_int_equal(bd_flat_receive(give, &left, 1ull << 40, &again, &detail), BD_ERR_BAD_INPUT);
     free(whole.data);
     bd_scene_release(&scene);
 }
@@ -206,8 +207,8 @@ static void every_cut_is_refused(void **state)
         uint8_t *cut = malloc(size ? size : 1); // its own block, so that ASan sees any overrun
         assert_non_null(cut);
         memcpy(cut, flat.data, size);
-        struct bd_fault fault = {0};
-        assert_int_equal(bd_flat_read(cut, size, &again, &fault), BD_ERR_BAD_INPUT);
+        struct bd_err_detail detail = {0};
+        assert_int_equal(bd_flat_read(cut, size, &again, &detail), BD_ERR_BAD_INPUT);
         free(cut);
     }
     struct bytes partial = {NULL, 0, flat.size - 1};
@@ -236,9 +237,9 @@ static void changed_bytes_do_no_harm(void **state)
             copy.data[random % copy.size] = values[(random >> 16) % sizeof values];
         }
         struct bd_scene *again;
-        struct bd_fault fault = {0};
-        if (bd_flat_read(copy.data, copy.size, &again, &fault) == BD_ERR_OK) {
-            assert_int_equal(bd_scene_finish(again, &fault), BD_ERR_OK);
+        struct bd_err_detail detail = {0};
+        if (bd_flat_read(copy.data, copy.size, &again, &detail) == BD_ERR_OK) {
+            assert_int_equal(bd_scene_finish(again, &detail), BD_ERR_OK);
             bd_scene_release(&again);
             read++;
         }
@@ -257,10 +258,10 @@ static void counts_are_not_believed(void **state)
     for (size_t i = 0; i < sizeof counts / sizeof counts[0]; i++) {
         uint8_t flat[128] = "BDFLAT03"; // then the number of pictures
         struct bd_scene *scene;
-        struct bd_fault fault = {0};
+        struct bd_err_detail detail = {0};
         memcpy(flat + 8, &counts[i], sizeof counts[i]);
-        assert_int_equal(bd_flat_read(flat, sizeof flat, &scene, &fault), BD_ERR_BAD_INPUT);
-        assert_string_equal(fault.field, "pictures");
+        assert_int_equal(bd_flat_read(flat, sizeof flat, &scene, &detail), BD_ERR_BAD_INPUT);
+        assert_string_equal(detail.field, "pictures");
     }
 }
 
@@ -268,13 +269,13 @@ static void loops_of_nodes_are_refused(void **state)
 {
     (void)state;
     struct bd_scene *scene = rich_scene(), *again;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     scene->nodes[0].parent = 1;
     uint32_t looping;
     assert_false(bd_scene_parents_are_a_forest(scene, &looping));
     struct bytes flat = flatten(scene);
-    assert_int_equal(bd_flat_read(flat.data, flat.size, &again, &fault), BD_ERR_BAD_INPUT);
-    assert_string_equal(fault.field, "nodes");
+    assert_int_equal(bd_flat_read(flat.data, flat.size, &again, &detail), BD_ERR_BAD_INPUT);
+    assert_string_equal(detail.field, "nodes");
     free(flat.data);
     bd_scene_release(&scene);
 }
@@ -318,11 +319,11 @@ static void an_index_names_what_is_heavy(void **state)
 {
     (void)state;
     struct bd_scene *scene = rich_scene(), *again;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     bd_scene_set_hash(scene);
     struct bytes index = index_of(scene), whole = flatten(scene);
     assert_int_equal(
-        bd_flat_read_index(index.data, index.size, find_in_scene, scene, &again, &fault),
+        bd_flat_read_index(index.data, index.size, find_in_scene, scene, &again, &detail),
         BD_ERR_OK);
     struct bytes whole_again = flatten(again);
     assert_int_equal(whole.size, whole_again.size);
@@ -335,10 +336,11 @@ static void an_index_names_what_is_heavy(void **state)
     assert_ptr_equal(again->meshes[0]->primitives[0].position,
                      scene->meshes[0]->primitives[0].position);
     bd_scene_release(&scene); // the streams live on with their alias
-    assert_int_equal(bd_scene_finish(again, &fault), BD_ERR_OK);
-    assert_int_equal(bd_flat_read_index(index.data, index.size, find_nothing, NULL, &scene, &fault),
-                     BD_ERR_NOT_FOUND);
-    assert_string_equal(fault.field, "pictures");
+    assert_int_equal(bd_scene_finish(again, &detail), BD_ERR_OK);
+    assert_int_equal(
+        bd_flat_read_index(index.data, index.size, find_nothing, NULL, &scene, &detail),
+        BD_ERR_NOT_FOUND);
+    assert_string_equal(detail.field, "pictures");
     free(index.data), free(whole.data), free(whole_again.data);
     bd_scene_release(&again);
 }
@@ -347,7 +349,7 @@ static void empty_slots_at_the_end_are_no_content(void **state)
 {
     (void)state;
     struct bd_scene *scene = rich_scene(), *again;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     bd_scene_set_hash(scene);
     uint8_t before[32];
     memcpy(before, scene->content_sha256, sizeof before);
@@ -363,15 +365,15 @@ static void empty_slots_at_the_end_are_no_content(void **state)
     assert_memory_not_equal(before, scene->content_sha256, 32);
     assert_int_equal(bd_scene_count(scene).lights, 2);
     struct bytes flat = flatten(scene);
-    assert_int_equal(bd_flat_read(flat.data, flat.size, &again, &fault), BD_ERR_OK);
+    assert_int_equal(bd_flat_read(flat.data, flat.size, &again, &detail), BD_ERR_OK);
     assert_int_equal(again->light_count, 3);
     assert_true(again->lights[1].is_removed && !again->lights[2].is_removed);
     free(flat.data);
     bd_scene_release(&again);
     scene->lights[0] = (struct bd_light){.is_removed = true}; // which node 1 holds
     flat = flatten(scene);
-    assert_int_equal(bd_flat_read(flat.data, flat.size, &again, &fault), BD_ERR_BAD_INPUT);
-    assert_string_equal(fault.field, "nodes[1].light");
+    assert_int_equal(bd_flat_read(flat.data, flat.size, &again, &detail), BD_ERR_BAD_INPUT);
+    assert_string_equal(detail.field, "nodes[1].light");
     free(flat.data);
     bd_scene_release(&scene);
 }
@@ -381,22 +383,22 @@ static void damaged_indices_are_refused(void **state)
     (void)state;
     struct bd_scene *scene = rich_scene(), *again;
     struct bytes index = index_of(scene);
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     for (size_t size = 0; size < index.size; size++) {
         uint8_t *cut = malloc(size ? size : 1);
         assert_non_null(cut);
         memcpy(cut, index.data, size);
-        assert_int_not_equal(bd_flat_read_index(cut, size, find_in_scene, scene, &again, &fault),
+        assert_int_not_equal(bd_flat_read_index(cut, size, find_in_scene, scene, &again, &detail),
                              BD_ERR_OK);
         free(cut);
     }
     unsigned read = 0;
     for (size_t bit = 0; bit < 8 * index.size; bit++) {
         index.data[bit / 8] ^= (uint8_t)(1 << bit % 8);
-        if (bd_flat_read_index(index.data, index.size, find_in_scene, scene, &again, &fault) ==
+        if (bd_flat_read_index(index.data, index.size, find_in_scene, scene, &again, &detail) ==
             BD_ERR_OK) {
             assert_memory_not_equal(again->content_sha256, scene->content_sha256, 32);
-            assert_int_equal(bd_scene_finish(again, &fault), BD_ERR_OK);
+            assert_int_equal(bd_scene_finish(again, &detail), BD_ERR_OK);
             bd_scene_release(&again);
             read++;
         }
@@ -411,12 +413,12 @@ static void content_survives(void *user, const struct bd_content *content)
 {
     struct bytes bytes = {NULL, 0, SIZE_MAX};
     struct bd_content again;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     uint8_t digest[32];
     assert_true(bd_content_write(content, collect, &bytes));
     bd_sha256_of(bytes.data, bytes.size, digest);
     assert_memory_equal(digest, bd_content_sha256(content), 32);
-    assert_int_equal(bd_content_read(bytes.data, bytes.size, &again, &fault), BD_ERR_OK);
+    assert_int_equal(bd_content_read(bytes.data, bytes.size, &again, &detail), BD_ERR_OK);
     assert_int_equal(again.kind, content->kind);
     assert_memory_equal(bd_content_sha256(&again), digest, 32);
     bd_content_release(&again);
@@ -424,12 +426,12 @@ static void content_survives(void *user, const struct bd_content *content)
         uint8_t *cut = malloc(size ? size : 1);
         assert_non_null(cut);
         memcpy(cut, bytes.data, size);
-        assert_int_equal(bd_content_read(cut, size, &again, &fault), BD_ERR_BAD_INPUT);
+        assert_int_equal(bd_content_read(cut, size, &again, &detail), BD_ERR_BAD_INPUT);
         free(cut);
     }
     for (size_t bit = 0; bit < 8 * bytes.size; bit++) {
         bytes.data[bit / 8] ^= (uint8_t)(1 << bit % 8);
-        if (bd_content_read(bytes.data, bytes.size, &again, &fault) == BD_ERR_OK) {
+        if (bd_content_read(bytes.data, bytes.size, &again, &detail) == BD_ERR_OK) {
             assert_memory_not_equal(bd_content_sha256(&again), digest, 32);
             bd_content_release(&again);
         }

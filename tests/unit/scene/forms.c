@@ -394,10 +394,10 @@ static void files_come_from_the_table(void **state)
         struct bd_import_file files[] = {{"t.gltf", json, strlen(json)},
                                          {"my file.bin", triangle, sizeof triangle}};
         struct bd_scene *scene;
-        struct bd_fault fault = {0};
-        enum bd_err err = bd_gltf_read(files, 2, &bd_import_default_limits, &scene, &fault);
+        struct bd_err_detail detail = {0};
+        enum bd_err err = bd_gltf_read(files, 2, &bd_import_default_limits, &scene, &detail);
         assert_int_equal(err, i < 2 ? BD_ERR_OK : BD_ERR_BAD_INPUT);
-        if (err != BD_ERR_OK) assert_string_equal(fault.field, "buffers[0].uri");
+        if (err != BD_ERR_OK) assert_string_equal(detail.field, "buffers[0].uri");
         bd_scene_release(&scene);
         free(json);
     }
@@ -416,10 +416,10 @@ static void one_file_is_not_read_endlessly(void **state)
         at += sprintf(at, "%s{'uri':'b.bin','byteLength':%zu}", i ? "," : "", size);
     strcpy(at, "]}");
     struct bd_scene *scene;
-    struct bd_fault fault;
-    assert_int_equal(try_text(text, large, size, &scene, &fault), BD_ERR_BAD_INPUT);
-    assert_memory_equal(fault.field, "buffers[", 8);
-    assert_non_null(strstr(fault.message, "too many times"));
+    struct bd_err_detail detail;
+    assert_int_equal(try_text(text, large, size, &scene, &detail), BD_ERR_BAD_INPUT);
+    assert_memory_equal(detail.field, "buffers[", 8);
+    assert_non_null(strstr(detail.message, "too many times"));
     free(large);
     free(text);
 }

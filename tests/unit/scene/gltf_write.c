@@ -58,10 +58,10 @@ static void edit(struct bd_scene **scene, const struct bd_edit_op *ops, uint32_t
 {
     struct bd_delta delta;
     struct bd_scene *after = NULL;
-    struct bd_fault fault = {0};
-    if (bd_edit_check(*scene, ops, count, &bd_edit_default_limits, &delta, NULL, &fault) ||
-        bd_delta_apply(*scene, &delta, &after, &fault))
-        fail_msg("%s: %s", fault.field, fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_edit_check(*scene, ops, count, &bd_edit_default_limits, &delta, NULL, &detail) ||
+        bd_delta_apply(*scene, &delta, &after, &detail))
+        fail_msg("%s: %s", detail.field, detail.message);
     bd_delta_finish(&delta);
     bd_scene_release(scene);
     *scene = after;
@@ -158,8 +158,8 @@ static struct bd_mesh *mesh_of(const float *uv0, const float *uv1)
                                                .uv = {uv0, uv1},
                                                .indices = indices};
     struct bd_mesh *mesh;
-    struct bd_fault fault = {0};
-    assert_int_equal(bd_edit_build_mesh(&source, 1, "mesh", &mesh, &fault), BD_ERR_OK);
+    struct bd_err_detail detail = {0};
+    assert_int_equal(bd_edit_build_mesh(&source, 1, "mesh", &mesh, &detail), BD_ERR_OK);
     return mesh;
 }
 
@@ -250,9 +250,9 @@ static void normals_and_tangents_come_back(void **state)
                                                .normals = normals,
                                                .tangents = tangents,
                                                .uv = {uv}};
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     struct bd_mesh *mesh;
-    assert_int_equal(bd_edit_build_mesh(&source, 1, "mesh", &mesh, &fault), BD_ERR_OK);
+    assert_int_equal(bd_edit_build_mesh(&source, 1, "mesh", &mesh, &detail), BD_ERR_OK);
     add_mesh(&scene, mesh);
     struct round_trip trip = round_trip_of(scene);
     const struct bd_mesh *after = trip.scene->meshes[trip.scene->mesh_count - 1];
@@ -274,8 +274,8 @@ static void collapsed_triangles_go(void **state)
         memcpy(positions + 3 * mesh->primitives[0].index[c],
                positions + 3 * mesh->primitives[0].index[0], 3 * sizeof *positions);
     struct bd_mesh *moved;
-    struct bd_fault fault = {0};
-    assert_int_equal(bd_edit_deform_mesh(mesh, 0, positions, NULL, count, "mesh", &moved, &fault),
+    struct bd_err_detail detail = {0};
+    assert_int_equal(bd_edit_deform_mesh(mesh, 0, positions, NULL, count, "mesh", &moved, &detail),
                      BD_ERR_OK);
     const struct bd_edit_op op = {
         .kind = BD_EDIT_SET_MESH_VERTICES, .id = 0, .mesh = {.mesh = moved}};
@@ -294,14 +294,14 @@ static void world_space_meshes_get_a_root(void **state)
 {
     (void)state;
     const struct bd_scene_counts none = {0};
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     struct bd_scene *base = load(own_scenes, "cornell.glb");
     uint32_t at = 0;
     while (base->nodes[at].mesh == BD_NONE) at++;
     struct bd_scene *scene = bd_scene_copy(base, &none);
     scene->nodes[at].parent_from_node.m[12] = 5;
     scene->nodes[at].mesh_is_world_space = true;
-    assert_int_equal(bd_scene_finish(scene, &fault), BD_ERR_OK);
+    assert_int_equal(bd_scene_finish(scene, &detail), BD_ERR_OK);
     bd_scene_set_hash(scene);
     struct round_trip trip = round_trip_of(scene);
     assert_string_equal(trip.notes.text[0], "world_space_meshes_moved: 1");
@@ -351,10 +351,11 @@ static void assert_refused(const char *extension, const char *field)
         extension);
     const struct bd_import_file input = {"sky.gltf", text, strlen(text)};
     struct bd_scene *scene = NULL;
-    struct bd_fault fault = {0};
-    assert_int_equal(bd_gltf_read(&input, 1, &bd_import_default_limits, &scene, &fault),
+    struct bd_err_detail detail = {0};
+    assert_int_equal(bd_gltf_read(&input, 1, &bd_import_default_limits, &scene, &detail),
                      BD_ERR_BAD_INPUT);
-    if (!strstr(fault.field, field)) fail_msg("%s: %s: %s", extension, fault.field, fault.message);
+    if (!strstr(detail.field, field))
+        fail_msg("%s: %s: %s", extension, detail.field, detail.message);
 }
 
 static void strange_environments_are_refused(void **state)
@@ -379,9 +380,9 @@ static void strange_environments_are_refused(void **state)
 static void empty_scenes_come_back(void **state)
 {
     (void)state;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     struct bd_scene *scene = bd_scene_create();
-    assert_int_equal(bd_scene_finish(scene, &fault), BD_ERR_OK);
+    assert_int_equal(bd_scene_finish(scene, &detail), BD_ERR_OK);
     bd_scene_set_hash(scene);
     assert_identity(scene);
     bd_scene_release(&scene);
@@ -455,7 +456,7 @@ static void numbers_are_short_and_exact(void **state)
 static void emission_comes_back(void **state)
 {
     (void)state;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     struct bd_scene *scene = bd_scene_create();
     scene->material_count = 5000;
     scene->materials = calloc(scene->material_count, sizeof *scene->materials);
@@ -475,7 +476,7 @@ static void emission_comes_back(void **state)
             material->emissive[c] = (float)exp(60 * random_real() - 10);
         }
     }
-    assert_int_equal(bd_scene_finish(scene, &fault), BD_ERR_OK);
+    assert_int_equal(bd_scene_finish(scene, &detail), BD_ERR_OK);
     bd_scene_set_hash(scene);
     assert_identity(scene);
     bd_scene_release(&scene);
@@ -502,16 +503,16 @@ static void what_is_too_large_is_refused(void **state)
     struct bd_scene *scene = load(own_scenes, "cornell.glb");
     struct bd_bytes file = {0};
     struct bd_scene_flags notes = {0};
-    struct bd_fault fault = {0};
-    assert_int_equal(bd_gltf_write(scene, BD_GLB_BYTES_MAX, &file, &notes, &fault), BD_ERR_OK);
+    struct bd_err_detail detail = {0};
+    assert_int_equal(bd_gltf_write(scene, BD_GLB_BYTES_MAX, &file, &notes, &detail), BD_ERR_OK);
     const uint64_t size = file.size_bytes;
     bd_bytes_finish(&file);
-    assert_int_equal(bd_gltf_write(scene, size, &file, &notes, &fault), BD_ERR_OK);
+    assert_int_equal(bd_gltf_write(scene, size, &file, &notes, &detail), BD_ERR_OK);
     bd_bytes_finish(&file);
-    assert_int_equal(bd_gltf_write(scene, size - 1, &file, &notes, &fault), BD_ERR_LIMIT);
+    assert_int_equal(bd_gltf_write(scene, size - 1, &file, &notes, &detail), BD_ERR_LIMIT);
     assert_null(file.data);
-    assert_string_equal(fault.field, "scene");
-    assert_null(strchr(fault.message, '\n'));
+    assert_string_equal(detail.field, "scene");
+    assert_null(strchr(detail.message, '\n'));
     bd_scene_release(&scene);
 }
 

@@ -138,16 +138,16 @@ static struct bd_import_limits limits_of(uint64_t texels_kept)
 static uint8_t *take_all(uint32_t threads, const struct bd_import_limits *limits,
                          struct bd_shrunk_pictures *shrunk, size_t *size)
 {
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     struct bd_picture_queue *queue = queue_of(threads);
-    if (bd_picture_queue_begin(queue, limits, shrunk, &fault)) fail_msg("%s", fault.message);
+    if (bd_picture_queue_begin(queue, limits, shrunk, &detail)) fail_msg("%s", detail.message);
     uint8_t *all = malloc(4 * shrunk->texels_after);
     *size = 0;
     for (uint32_t i = 0; i < PICTURES; i++) {
         uint32_t width_px, height_px;
         uint8_t *rgba;
         bd_picture_queue_size(queue, i, &width_px, &height_px);
-        if (bd_picture_queue_take(queue, &rgba, &fault)) fail_msg("%s", fault.message);
+        if (bd_picture_queue_take(queue, &rgba, &detail)) fail_msg("%s", detail.message);
         assert_true(*size + 4 * (size_t)width_px * height_px <= 4 * shrunk->texels_after);
         memcpy(all + *size, rgba, 4 * (size_t)width_px * height_px);
         *size += 4 * (size_t)width_px * height_px;
@@ -203,10 +203,10 @@ static void the_largest_are_halved_until_they_fit(void **state)
 static void assert_refused(const struct bd_import_limits *limits, const char *field)
 {
     struct bd_shrunk_pictures shrunk;
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     struct bd_picture_queue *queue = queue_of(2);
-    assert_int_equal(bd_picture_queue_begin(queue, limits, &shrunk, &fault), BD_ERR_LIMIT);
-    assert_string_equal(fault.field, field);
+    assert_int_equal(bd_picture_queue_begin(queue, limits, &shrunk, &detail), BD_ERR_LIMIT);
+    assert_string_equal(detail.field, field);
     bd_picture_queue_destroy(&queue);
 }
 
@@ -231,7 +231,7 @@ static void the_first_fault_is_told(void **state)
     const struct bd_import_limits limits = limits_of(1 << 20);
     for (uint32_t threads = 0; threads <= 4; threads += 4) {
         struct bd_shrunk_pictures shrunk;
-        struct bd_fault fault = {0};
+        struct bd_err_detail detail = {0};
         struct bd_picture_queue *queue = bd_picture_queue_create(threads);
         uint32_t taken = 0;
         uint8_t *rgba;
@@ -241,13 +241,13 @@ static void the_first_fault_is_told(void **state)
                                                        BD_TEXEL_COLOR, i, false};
             assert_true(bd_picture_queue_add(queue, &encoded));
         }
-        assert_int_equal(bd_picture_queue_begin(queue, &limits, &shrunk, &fault), BD_ERR_OK);
-        while (bd_picture_queue_take(queue, &rgba, &fault) == BD_ERR_OK) {
+        assert_int_equal(bd_picture_queue_begin(queue, &limits, &shrunk, &detail), BD_ERR_OK);
+        while (bd_picture_queue_take(queue, &rgba, &detail) == BD_ERR_OK) {
             free(rgba);
             taken++;
         }
         assert_int_equal(taken, 5);
-        assert_string_equal(fault.field, "images[5].uri");
+        assert_string_equal(detail.field, "images[5].uri");
         bd_picture_queue_destroy(&queue); // with some of them done and not taken
     }
 }

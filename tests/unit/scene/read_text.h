@@ -20,13 +20,13 @@ static char *quoted(const char *text)
 }
 
 static enum bd_err try_text(const char *text, const void *bin, size_t bin_bytes,
-                            struct bd_scene **scene, struct bd_fault *fault)
+                            struct bd_scene **scene, struct bd_err_detail *detail)
 {
     char *json = quoted(text);
     struct bd_import_file files[] = {{"t.gltf", json, strlen(json)}, {"b.bin", bin, bin_bytes}};
-    *fault = (struct bd_fault){0};
-    enum bd_err err = bd_gltf_read(files, bin ? 2 : 1, &bd_import_default_limits, scene, fault);
-    if (err == BD_ERR_OK) err = bd_scene_finish(*scene, fault);
+    *detail = (struct bd_err_detail){0};
+    enum bd_err err = bd_gltf_read(files, bin ? 2 : 1, &bd_import_default_limits, scene, detail);
+    if (err == BD_ERR_OK) err = bd_scene_finish(*scene, detail);
     free(json);
     return err;
 }
@@ -35,9 +35,9 @@ static enum bd_err try_text(const char *text, const void *bin, size_t bin_bytes,
 static inline struct bd_scene *read_text(const char *text, const void *bin, size_t bin_bytes)
 {
     struct bd_scene *scene;
-    struct bd_fault fault;
-    if (try_text(text, bin, bin_bytes, &scene, &fault) != BD_ERR_OK)
-        fail_msg("%s: %s", fault.field, fault.message);
+    struct bd_err_detail detail;
+    if (try_text(text, bin, bin_bytes, &scene, &detail) != BD_ERR_OK)
+        fail_msg("%s: %s", detail.field, detail.message);
     return scene;
 }
 
@@ -45,10 +45,10 @@ static inline void assert_refused(const char *text, const void *bin, size_t bin_
                                   enum bd_err err, const char *field)
 {
     struct bd_scene *scene;
-    struct bd_fault fault;
-    assert_int_equal(try_text(text, bin, bin_bytes, &scene, &fault), err);
+    struct bd_err_detail detail;
+    assert_int_equal(try_text(text, bin, bin_bytes, &scene, &detail), err);
     assert_null(scene);
-    assert_string_equal(fault.field, field);
+    assert_string_equal(detail.field, field);
 }
 
 // True if some flag is exactly that.

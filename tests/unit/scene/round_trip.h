@@ -16,13 +16,13 @@ struct round_trip {
 static inline struct round_trip round_trip_of(const struct bd_scene *scene)
 {
     struct round_trip out = {0};
-    struct bd_fault fault = {0};
-    if (bd_gltf_write(scene, BD_GLB_BYTES_MAX, &out.file, &out.notes, &fault) != BD_ERR_OK)
-        fail_msg("export: %s: %s", fault.field, fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_gltf_write(scene, BD_GLB_BYTES_MAX, &out.file, &out.notes, &detail) != BD_ERR_OK)
+        fail_msg("export: %s: %s", detail.field, detail.message);
     const struct bd_import_file input = {"export", out.file.data, out.file.size_bytes};
-    if (bd_gltf_read(&input, 1, &bd_import_default_limits, &out.scene, &fault) != BD_ERR_OK ||
-        bd_scene_finish(out.scene, &fault) != BD_ERR_OK)
-        fail_msg("import of the export: %s: %s", fault.field, fault.message);
+    if (bd_gltf_read(&input, 1, &bd_import_default_limits, &out.scene, &detail) != BD_ERR_OK ||
+        bd_scene_finish(out.scene, &detail) != BD_ERR_OK)
+        fail_msg("import of the export: %s: %s", detail.field, detail.message);
     bd_scene_set_hash(out.scene);
     return out;
 }

@@ -6,11 +6,11 @@
 #include "scene/gltf/gltf_scan.h"
 #include "tests/unit/scene/read_text.h"
 
-static enum bd_err scan(const char *text, struct bd_gltf_text *out, struct bd_fault *fault)
+static enum bd_err scan(const char *text, struct bd_gltf_text *out, struct bd_err_detail *detail)
 {
     char *json = quoted(text);
-    *fault = (struct bd_fault){0};
-    enum bd_err err = bd_gltf_scan(json, strlen(json), out, fault);
+    *detail = (struct bd_err_detail){0};
+    enum bd_err err = bd_gltf_scan(json, strlen(json), out, detail);
     free(json);
     return err;
 }
@@ -18,11 +18,11 @@ static enum bd_err scan(const char *text, struct bd_gltf_text *out, struct bd_fa
 static void assert_scan(const char *text, enum bd_err err, const char *field)
 {
     struct bd_gltf_text out;
-    struct bd_fault fault;
-    enum bd_err got = scan(text, &out, &fault);
+    struct bd_err_detail detail;
+    enum bd_err got = scan(text, &out, &detail);
     bd_gltf_text_free(&out);
-    if (got != err || strcmp(fault.field, field) != 0)
-        fail_msg("%s -> %s at \"%s\": %s", text, bd_err_name(got), fault.field, fault.message);
+    if (got != err || strcmp(detail.field, field) != 0)
+        fail_msg("%s -> %s at \"%s\": %s", text, bd_err_name(got), detail.field, detail.message);
 }
 
 static void nesting_is_limited(void **state)
@@ -49,9 +49,9 @@ static void cheap_objects_are_limited(void **state)
     for (size_t i = 1; i < count; i++) at += sprintf(at, ",{}");
     strcpy(at, "]}");
     struct bd_gltf_text out;
-    struct bd_fault fault;
-    assert_int_equal(scan(text, &out, &fault), BD_ERR_LIMIT);
-    assert_memory_equal(fault.field, "materials[", 10);
+    struct bd_err_detail detail;
+    assert_int_equal(scan(text, &out, &detail), BD_ERR_LIMIT);
+    assert_memory_equal(detail.field, "materials[", 10);
     bd_gltf_text_free(&out);
     free(text);
 }
@@ -113,8 +113,8 @@ static void syntax_is_strict(void **state)
                                       "{'asset':{'version':'2.0'},'extras':'\xe2\x82'}"};
     for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++) {
         struct bd_gltf_text out;
-        struct bd_fault fault;
-        if (scan(bad[i], &out, &fault) != BD_ERR_BAD_INPUT) fail_msg("accepted: %s", bad[i]);
+        struct bd_err_detail detail;
+        if (scan(bad[i], &out, &detail) != BD_ERR_BAD_INPUT) fail_msg("accepted: %s", bad[i]);
         bd_gltf_text_free(&out);
     }
     assert_scan("{'asset':{'version':'2.0','extras':'\xf0\x9f\x98\x80 \\u00e9 \\n'}}", BD_ERR_OK,
@@ -125,10 +125,10 @@ static void what_nobody_reads_is_taken_out(void **state)
 {
     (void)state;
     struct bd_gltf_text out;
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     assert_int_equal(scan("{'asset':{'version':'2.0'},'animations':[{'x':1}],'nodes':[{'mesh':3e0,"
                           "'extras':'secret','extensions':{'X_y':{'secret':1}}}]}",
-                          &out, &fault),
+                          &out, &detail),
                      BD_ERR_OK);
     char *text = strndup((char *)out.bytes, out.size);
     assert_null(strstr(text, "secret"));
@@ -149,13 +149,13 @@ static void odd_ends_of_a_glb(void **state)
                                  "\x04\0\0\0WHAT1234"
                                  "xyz";
     struct bd_gltf_text out;
-    struct bd_fault fault = {0};
-    assert_int_equal(bd_gltf_scan(glb, sizeof glb - 1, &out, &fault), BD_ERR_OK);
+    struct bd_err_detail detail = {0};
+    assert_int_equal(bd_gltf_scan(glb, sizeof glb - 1, &out, &detail), BD_ERR_OK);
     assert_true(out.is_glb);
     assert_int_equal(out.size, 12 + 8 + 28);
     bd_gltf_text_free(&out);
     for (size_t size = 0; size < 68; size++) {
-        assert_int_not_equal(bd_gltf_scan(glb, size, &out, &fault), BD_ERR_OK);
+        assert_int_not_equal(bd_gltf_scan(glb, size, &out, &detail), BD_ERR_OK);
         bd_gltf_text_free(&out);
     }
 }

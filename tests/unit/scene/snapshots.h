@@ -52,10 +52,10 @@ static inline struct bd_scene *load(const char *folder, const char *name)
     fclose(file);
     const struct bd_import_file input = {path, bytes, size};
     struct bd_scene *scene;
-    struct bd_fault fault = {0};
-    if (bd_gltf_read(&input, 1, &bd_import_default_limits, &scene, &fault) != BD_ERR_OK ||
-        bd_scene_finish(scene, &fault) != BD_ERR_OK)
-        fail_msg("%s: %s: %s", path, fault.field, fault.message);
+    struct bd_err_detail detail = {0};
+    if (bd_gltf_read(&input, 1, &bd_import_default_limits, &scene, &detail) != BD_ERR_OK ||
+        bd_scene_finish(scene, &detail) != BD_ERR_OK)
+        fail_msg("%s: %s: %s", path, detail.field, detail.message);
     free(bytes);
     bd_scene_set_hash(scene);
     return scene;
@@ -174,10 +174,10 @@ static inline void assert_same_derived(const struct bd_scene *a, const struct bd
 static inline void assert_as_from_scratch(const struct bd_scene *scene)
 {
     const struct bd_scene_counts none = {0};
-    struct bd_fault fault = {0};
+    struct bd_err_detail detail = {0};
     struct bd_scene *again = bd_scene_copy(scene, &none);
     assert_non_null(again);
-    assert_int_equal(bd_scene_finish(again, &fault), BD_ERR_OK);
+    assert_int_equal(bd_scene_finish(again, &detail), BD_ERR_OK);
     assert_same_derived(scene, again);
     bd_scene_release(&again);
 }

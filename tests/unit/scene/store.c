@@ -76,7 +76,8 @@ static struct bd_delta dimmed(const struct world *world, uint32_t light, float i
 }
 
 static enum bd_err stage_as(const struct world *world, enum bd_batch_kind kind, uint64_t base,
-                            const char *edit_id, struct bd_delta delta, struct bd_fault *fault)
+                            const char *edit_id, struct bd_delta delta,
+                            struct bd_err_detail *detail)
 {
     const struct bd_store_change change = {.scene_id = world->id,
                                            .kind = kind,
@@ -84,7 +85,7 @@ static enum bd_err stage_as(const struct world *world, enum bd_batch_kind kind, 
                                            .client_edit_id = edit_id,
                                            .delta = &delta};
     struct bd_batch *batch;
-    enum bd_err err = bd_store_stage(world->store, &change, &batch, fault);
+    enum bd_err err = bd_store_stage(world->store, &change, &batch, detail);
     bd_delta_finish(&delta);
     return err;
 }
@@ -119,13 +120,13 @@ static void holds_so_many_scenes(void **state)
     struct bd_store *store = bd_store_create(2);
     struct bd_scene *scene = bd_scene_create();
     struct bd_batch *one, *two, *three;
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     assert_int_equal(bd_store_stage_add(store, scene, "one", "", &one, NULL), BD_ERR_OK);
     assert_int_equal(bd_store_stage_add(store, scene, "two", "", &two, NULL), BD_ERR_OK);
     assert_string_not_equal(one->scene_id, two->scene_id);
     // Those on their way count.
-    assert_int_equal(bd_store_stage_add(store, scene, "three", "", &three, &fault), BD_ERR_LIMIT);
-    assert_string_equal(fault.field, "scenes");
+    assert_int_equal(bd_store_stage_add(store, scene, "three", "", &three, &detail), BD_ERR_LIMIT);
+    assert_string_equal(detail.field, "scenes");
     bd_store_destroy(&store);
     assert_int_equal(scene->reference_count, 1);
     bd_scene_release(&scene);
@@ -245,14 +246,14 @@ static void a_stale_base_is_refused(void **state)
 {
     (void)state;
     struct world world = open_world();
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     assert_int_equal(stage_as(&world, BD_BATCH_EDIT, 1, NULL, dimmed(&world, 0, 3), NULL),
                      BD_ERR_OK);
     // Already while the first is on its way.
-    assert_int_equal(stage_as(&world, BD_BATCH_EDIT, 1, NULL, dimmed(&world, 0, 4), &fault),
+    assert_int_equal(stage_as(&world, BD_BATCH_EDIT, 1, NULL, dimmed(&world, 0, 4), &detail),
                      BD_ERR_CONFLICT);
-    assert_string_equal(fault.field, "base_revision");
-    assert_string_equal(fault.message, "the scene is at revision 2, not 1");
+    assert_string_equal(detail.field, "base_revision");
+    assert_string_equal(detail.message, "the scene is at revision 2, not 1");
     publish_all(world.store);
     assert_true(shown_intensity(&world, 0) == 3);
     bd_store_destroy(&world.store);
@@ -285,7 +286,7 @@ static void a_commit_holds_what_was_laid_and_no_more(void **state)
 {
     (void)state;
     struct world world = open_world();
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     struct bd_batch *batch;
     lay(&world, 0, 7);
     assert_int_equal(stage_as(&world, BD_BATCH_EDIT, 0, NULL, dimmed(&world, 1, 3), NULL),
@@ -293,9 +294,9 @@ static void a_commit_holds_what_was_laid_and_no_more(void **state)
     publish_all(world.store);
     assert_int_equal(stage_as(&world, BD_BATCH_EDIT, 0, NULL, dimmed(&world, 1, 4), NULL),
                      BD_ERR_OK);
-    assert_int_equal(bd_store_stage_commit(world.store, world.id, NULL, NULL, &batch, &fault),
+    assert_int_equal(bd_store_stage_commit(world.store, world.id, NULL, NULL, &batch, &detail),
                      BD_ERR_BUSY);
-    assert_string_equal(fault.field, "commit");
+    assert_string_equal(detail.field, "commit");
     publish_all(world.store);
     batch = commit(&world);
     assert_int_equal(batch->forward.count, 1);
@@ -376,11 +377,11 @@ static int32_t stage_node(const struct world *world)
 }
 
 static enum bd_err lay_node(const struct world *world, int32_t light, int32_t *id,
-                            struct bd_fault *fault)
+                            struct bd_err_detail *detail)
 {
     const struct bd_store_entry *entry;
     struct bd_delta delta = added_node(entry_of(world)->scene, light, id);
-    enum bd_err err = bd_store_lay(world->store, world->id, "me", &delta, &entry, fault);
+    enum bd_err err = bd_store_lay(world->store, world->id, "me", &delta, &entry, detail);
     bd_delta_finish(&delta);
     return err;
 }
@@ -426,7 +427,7 @@ static void an_id_that_was_dropped_is_not_given_again(void **state)
 {
     (void)state;
     struct world world = open_world();
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     int32_t dragged, later;
     const struct bd_edit_op removal[] = {{.kind = BD_EDIT_REMOVE_NODE, .id = 0}};
     const struct bd_edit_op below = {.kind = BD_EDIT_ADD_NODE, FIELDS(WHOLE(parent, 0))};
@@ -434,15 +435,15 @@ static void an_id_that_was_dropped_is_not_given_again(void **state)
     struct bd_delta delta;
     uint8_t hash[32];
     assert_int_equal(
-        bd_edit_check(entry->scene, &below, 1, &bd_edit_default_limits, &delta, &dragged, &fault),
+        bd_edit_check(entry->scene, &below, 1, &bd_edit_default_limits, &delta, &dragged, &detail),
         BD_ERR_OK);
-    assert_int_equal(bd_store_lay(world.store, world.id, "me", &delta, &entry, &fault), BD_ERR_OK);
+    assert_int_equal(bd_store_lay(world.store, world.id, "me", &delta, &entry, &detail), BD_ERR_OK);
     bd_delta_finish(&delta);
     const struct bd_scene *head;
     uint64_t revision;
     assert_int_equal(bd_store_head(world.store, world.id, &head, &revision, NULL), BD_ERR_OK);
-    assert_int_equal(bd_edit_check(head, removal, 1, &bd_edit_default_limits, &delta, NULL, &fault),
-                     BD_ERR_OK);
+    assert_int_equal(
+        bd_edit_check(head, removal, 1, &bd_edit_default_limits, &delta, NULL, &detail), BD_ERR_OK);
     assert_int_equal(stage_as(&world, BD_BATCH_EDIT, 0, NULL, delta, NULL), BD_ERR_OK);
     publish_all(world.store);
     assert_int_equal(entry_of(&world)->transient, 0); // its parent is gone
@@ -462,14 +463,14 @@ static void an_id_on_its_way_is_waited_for(void **state)
 {
     (void)state;
     struct world world = open_world();
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     int32_t kept = stage_node(&world), dragged;
-    assert_int_equal(lay_node(&world, BD_NONE, &dragged, &fault), BD_ERR_BUSY);
-    assert_string_equal(fault.field, "ops");
+    assert_int_equal(lay_node(&world, BD_NONE, &dragged, &detail), BD_ERR_BUSY);
+    assert_string_equal(detail.field, "ops");
     assert_int_equal(entry_of(&world)->transient, 0);
     lay(&world, 0, 7); // what adds nothing does not wait
     publish_all(world.store);
-    assert_int_equal(lay_node(&world, BD_NONE, &dragged, &fault), BD_ERR_OK);
+    assert_int_equal(lay_node(&world, BD_NONE, &dragged, &detail), BD_ERR_OK);
     assert_int_not_equal(dragged, kept);
     assert_true(shown_intensity(&world, 0) == 7);
     bd_store_destroy(&world.store);
@@ -502,13 +503,13 @@ static void undo_and_redo_find_their_revisions(void **state)
 {
     (void)state;
     struct world world = open_world();
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     uint64_t target;
-    assert_int_equal(bd_store_undo_target(world.store, world.id, NULL, false, &target, &fault),
+    assert_int_equal(bd_store_undo_target(world.store, world.id, NULL, false, &target, &detail),
                      BD_ERR_CONFLICT);
-    assert_string_equal(fault.message, "there is nothing to undo");
+    assert_string_equal(detail.message, "there is nothing to undo");
     dim(&world, 3); // 2
-    assert_int_equal(bd_store_undo_target(world.store, world.id, NULL, false, &target, &fault),
+    assert_int_equal(bd_store_undo_target(world.store, world.id, NULL, false, &target, &detail),
                      BD_ERR_BUSY);
     dim(&world, 4); // 3
     publish_all(world.store);
@@ -582,11 +583,11 @@ static void everybody_has_a_past_of_their_own(void **state)
             assert_int_equal(target_of(&world, who[k], true), steps[i].redo[k]);
         }
     }
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     uint64_t target;
-    assert_int_equal(bd_store_undo_target(world.store, world.id, "c", false, &target, &fault),
+    assert_int_equal(bd_store_undo_target(world.store, world.id, "c", false, &target, &detail),
                      BD_ERR_CONFLICT);
-    assert_string_equal(fault.message,
+    assert_string_equal(detail.message,
                         "there is nothing of yours to undo; the last that there is is revision 12, "
                         "by a: the scope \"all\" takes it");
     bd_store_destroy(&world.store);
@@ -679,11 +680,11 @@ static void an_edit_id_is_used_once(void **state)
 {
     (void)state;
     struct world world = open_world();
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     uint64_t revision;
     assert_int_equal(stage_as(&world, BD_BATCH_EDIT, 0, "e1", dimmed(&world, 0, 3), NULL),
                      BD_ERR_OK);
-    assert_int_equal(bd_store_find_edit(world.store, world.id, "e1", &revision, &fault),
+    assert_int_equal(bd_store_find_edit(world.store, world.id, "e1", &revision, &detail),
                      BD_ERR_BUSY);
     publish_all(world.store);
     assert_int_equal(bd_store_find_edit(world.store, world.id, "e1", &revision, NULL), BD_ERR_OK);

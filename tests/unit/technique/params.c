@@ -11,23 +11,23 @@
 static const struct bd_technique *const witness = &bd_technique_reference;
 
 // `settings` with spaces between.
-static enum bd_err read(const char *settings, struct bd_params *out, struct bd_fault *fault)
+static enum bd_err read(const char *settings, struct bd_params *out, struct bd_err_detail *detail)
 {
     struct bd_param_list list = {0};
     char copy[400];
     snprintf(copy, sizeof copy, "%s", settings);
     char *rest = NULL;
     for (char *pair = strtok_r(copy, " ", &rest); pair; pair = strtok_r(NULL, " ", &rest))
-        assert_int_equal(bd_param_list_add(&list, pair, fault), BD_ERR_OK);
-    *fault = (struct bd_fault){0};
-    return bd_params_read(&list, witness, out, fault);
+        assert_int_equal(bd_param_list_add(&list, pair, detail), BD_ERR_OK);
+    *detail = (struct bd_err_detail){0};
+    return bd_params_read(&list, witness, out, detail);
 }
 
 static struct bd_params good(const char *settings)
 {
     struct bd_params params;
-    struct bd_fault fault;
-    if (read(settings, &params, &fault)) fail_msg("%s: %s", settings, fault.message);
+    struct bd_err_detail detail;
+    if (read(settings, &params, &detail)) fail_msg("%s: %s", settings, detail.message);
     return params;
 }
 
@@ -103,10 +103,10 @@ static void what_makes_no_sense_is_refused_by_name(void **state)
     };
     for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++) {
         struct bd_params params;
-        struct bd_fault fault;
-        if (read(bad[i], &params, &fault) != BD_ERR_USAGE) fail_msg("%s was read", bad[i]);
-        assert_memory_equal(fault.field, bad[i], strlen(fault.field));
-        assert_int_equal(bad[i][strlen(fault.field)], '=');
+        struct bd_err_detail detail;
+        if (read(bad[i], &params, &detail) != BD_ERR_USAGE) fail_msg("%s was read", bad[i]);
+        assert_memory_equal(detail.field, bad[i], strlen(detail.field));
+        assert_int_equal(bad[i][strlen(detail.field)], '=');
     }
 }
 
@@ -151,20 +151,20 @@ static void a_technique_may_have_a_default_of_its_own(void **state)
     (void)state;
     const struct bd_param_list empty = {0};
     struct bd_params params;
-    struct bd_fault fault;
+    struct bd_err_detail detail;
     struct bd_param_info info;
     const struct bd_technique *trees = &bd_technique_hisr, *grid = &bd_technique_rsm;
-    assert_int_equal(bd_params_read(&empty, trees, &params, &fault), BD_ERR_OK);
+    assert_int_equal(bd_params_read(&empty, trees, &params, &detail), BD_ERR_OK);
     assert_int_equal(params.vpls, 65536);
     bd_param_describe(trees, BD_PARAM_VPLS, &info);
     assert_string_equal(info.standard, "65536");
-    assert_int_equal(bd_params_read(&empty, grid, &params, &fault), BD_ERR_OK);
+    assert_int_equal(bd_params_read(&empty, grid, &params, &detail), BD_ERR_OK);
     assert_int_equal(params.vpls, 1024);
     bd_param_describe(grid, BD_PARAM_VPLS, &info);
     assert_string_equal(info.standard, "1024");
     struct bd_param_list list = {0};
-    assert_int_equal(bd_param_list_add(&list, "vpls=64", &fault), BD_ERR_OK);
-    assert_int_equal(bd_params_read(&list, trees, &params, &fault), BD_ERR_OK);
+    assert_int_equal(bd_param_list_add(&list, "vpls=64", &detail), BD_ERR_OK);
+    assert_int_equal(bd_params_read(&list, trees, &params, &detail), BD_ERR_OK);
     assert_int_equal(params.vpls, 64);
 }
 
@@ -175,27 +175,27 @@ static void paper_mode_has_the_papers_blocks(void **state)
     const struct bd_technique *const blocks = &bd_technique_multires_gather;
     struct bd_param_list list = {0};
     struct bd_params params;
-    struct bd_fault fault = {0};
-    assert_int_equal(bd_params_read(&list, blocks, &params, &fault), BD_ERR_OK);
+    struct bd_err_detail detail = {0};
+    assert_int_equal(bd_params_read(&list, blocks, &params, &detail), BD_ERR_OK);
     assert_int_equal(params.depth_test, BD_DEPTH_TEST_STEP);
-    assert_int_equal(bd_param_list_add(&list, "finest=4", &fault), BD_ERR_OK);
-    assert_int_equal(bd_param_list_add(&list, "paper_mode=1", &fault), BD_ERR_OK);
-    assert_int_equal(bd_params_read(&list, blocks, &params, &fault), BD_ERR_OK);
+    assert_int_equal(bd_param_list_add(&list, "finest=4", &detail), BD_ERR_OK);
+    assert_int_equal(bd_param_list_add(&list, "paper_mode=1", &detail), BD_ERR_OK);
+    assert_int_equal(bd_params_read(&list, blocks, &params, &detail), BD_ERR_OK);
     assert_int_equal(params.depth_test, BD_DEPTH_TEST_MINMAX);
     assert_true(params.depth_threshold == 0.05 && isinf(params.light_threshold));
     assert_int_equal(params.finest_level, 2);
     list = (struct bd_param_list){0};
-    assert_int_equal(bd_param_list_add(&list, "paper_mode=1", &fault), BD_ERR_OK);
-    assert_int_equal(bd_params_read(&list, &bd_technique_hisr, &params, &fault), BD_ERR_OK);
+    assert_int_equal(bd_param_list_add(&list, "paper_mode=1", &detail), BD_ERR_OK);
+    assert_int_equal(bd_params_read(&list, &bd_technique_hisr, &params, &detail), BD_ERR_OK);
     assert_int_equal(params.vpls, 65536); // no block
 }
 
 static const struct bd_technique *chosen(const char *name, const char *pair)
 {
     struct bd_param_list list = {0};
-    struct bd_fault fault = {0};
-    if (pair) assert_int_equal(bd_param_list_add(&list, pair, &fault), BD_ERR_OK);
-    return bd_technique_for(name, &list, &fault);
+    struct bd_err_detail detail = {0};
+    if (pair) assert_int_equal(bd_param_list_add(&list, pair, &detail), BD_ERR_OK);
+    return bd_technique_for(name, &list, &detail);
 }
 
 // `auto` is the first it likes of those that read what was given.
