@@ -182,6 +182,26 @@ def test_a_file_in_an_edit_is_a_job(start):
     client.close()
 
 
+def post(path, body, *more):
+    head = (f"POST {path} HTTP/1.1", "Host: 127.0.0.1", "Content-Type: application/json", f"Content-Length: {len(body)}", *more)
+    return "\r\n".join(head).encode() + b"\r\n\r\n" + body
+
+
+def test_an_edit_that_ended_has_given_its_job_back(start):
+    """The next edit of the scene, and what was sent behind that one, begin in the same moment."""
+    daemon = start("--limit", "jobs_per_client=1")
+    scene, blob = daemon.add_scene("two_lights.glb"), daemon.put_blob((SCENES / "checker.glb").read_bytes())
+    edits = f"/v1/scenes/{scene}/edits"
+    file = json.dumps({"dry_run": True, "ops": [{"import": {"blob": blob}}]}).encode()
+    light = json.dumps({"dry_run": True, "ops": [{"set_light": {"light": 0, "intensity": 5}}]}).encode()
+    export = f"GET /v1/scenes/{scene}/export HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: close\r\n\r\n".encode()
+    with socket.create_connection(("127.0.0.1", daemon.port), 10) as first:
+        first.sendall(post(edits, file))
+        reply = daemon.raw(post(edits, light) + export)
+        assert first.recv(4096).startswith(b"HTTP/1.1 200")
+    assert [int(part[:3]) for part in reply.split(b"HTTP/1.1 ")[1:]] == [200, 200], reply[:2000]
+
+
 def test_edit_bytes_per_client(start):
     daemon = start("--limit", "edit_bytes_per_client=4K")
     client, scene = daemon.framed(), daemon.add_scene("two_lights.glb")

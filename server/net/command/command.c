@@ -85,8 +85,10 @@ static void end(struct bd_steps *steps)
     BD_ASSERT(answer.envelope); // the last step made one
     if (!command->abandoned) command->events->answer(command->user, &answer);
     bd_answer_finish(&answer);
-    bd_edit_queue_leave(&command->place);
+    struct bd_commits *commits = steps->commits;
+    const bool was_queued = bd_edit_queue_leave(&command->place);
     free_command(command);
+    if (was_queued) bd_edits_go_on(commits); // what it had of limits is given back
 }
 
 static const struct bd_steps_kind kind = {

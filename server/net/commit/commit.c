@@ -136,6 +136,7 @@ static void end(struct bd_steps *steps)
     struct bd_batch *batch = commit->first, *refused = commit->refused;
     commit->first = commit->refused = NULL;
     commit->is_under_way = false;
+    commits->edits_wait = true; // until all is told
     if (steps->detail.err) {
         bd_log(BD_LOG_ERROR, "net", "edits refused: %s", steps->detail.message);
         fail_all(commits, batch, &steps->detail);
@@ -148,6 +149,7 @@ static void end(struct bd_steps *steps)
         batch = next;
     }
     if (bd_store_has_staged(commits->loop->serving->store)) bd_commit_soon(commits);
+    commits->edits_wait = false;
     bd_edits_go_on(commits);
 }
 

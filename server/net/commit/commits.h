@@ -23,7 +23,7 @@ struct bd_commits {
     struct bd_upkeep *upkeep;          // under way; others wait behind it
     struct bd_edit_place *edit_places; // oldest first
     uint64_t edit_changes;             // of that list
-    bool is_queue_walked;              // that list is, further up
+    bool edits_wait;                   // further up somebody walks that list, or will at the end
     uv_timer_t idle_timer;
     struct bd_disk_watch disk;
 };

@@ -26,8 +26,8 @@ static bool begin(struct bd_commits *commits, struct bd_edit_place *place)
 // Begins every edit whose turn it is, from the front anew when the queue has changed under it.
 void bd_edits_go_on(struct bd_commits *commits)
 {
-    if (commits->is_queue_walked) return; // further up: it sees the change
-    commits->is_queue_walked = true;
+    if (commits->edits_wait) return;
+    commits->edits_wait = true;
     struct bd_edit_place *place = commits->edit_places;
     while (place) {
         struct bd_edit_place *next = place->next;
@@ -35,7 +35,7 @@ void bd_edits_go_on(struct bd_commits *commits)
         if (may_begin && begin(commits, place)) next = commits->edit_places;
         place = next;
     }
-    commits->is_queue_walked = false;
+    commits->edits_wait = false;
 }
 
 static bool wait_for_scene(struct bd_steps *steps)
@@ -62,9 +62,9 @@ void bd_edit_queue_wait(struct bd_edit_place *place)
     place->steps->waits = true;
 }
 
-void bd_edit_queue_leave(struct bd_edit_place *place)
+bool bd_edit_queue_leave(struct bd_edit_place *place)
 {
-    if (!place->is_queued) return;
+    if (!place->is_queued) return false;
     struct bd_commits *commits = place->steps->commits;
     struct bd_edit_place **at = &commits->edit_places;
     while (*at && *at != place) at = &(*at)->next;
@@ -72,7 +72,7 @@ void bd_edit_queue_leave(struct bd_edit_place *place)
     *at = place->next;
     place->is_queued = false;
     commits->edit_changes++;
-    bd_edits_go_on(commits);
+    return true;
 }
 
 // --- on the disk ----------------------------------------------------------------------------
@@ -110,7 +110,7 @@ static bool leave_for_disk(struct bd_steps *steps)
 {
     steps->place->is_staged = true;
     wait_for_disk(steps);
-    bd_edit_queue_leave(steps->place);
+    if (bd_edit_queue_leave(steps->place)) bd_edits_go_on(steps->commits);
     return false;
 }
 

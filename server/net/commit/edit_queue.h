@@ -35,14 +35,16 @@ struct bd_edit_place {
 // third keeps the turn: what was staged goes before what is to come.
 extern const struct bd_step_executor bd_on_scene, bd_on_disk, bd_on_disk_held;
 
-// For a step with the turn: not now. It is begun again after the next commit.
+// For a step with the turn: not now. It is begun again when the queue is asked next, which it is
+// after each commit at the latest: it has to look first whether it may go on.
 void bd_edit_queue_wait(struct bd_edit_place *place);
 
-// Whatever became of it: whoever comes after it on the scene may begin, and does so before this
-// returns. Nothing where the place is not in the queue.
-void bd_edit_queue_leave(struct bd_edit_place *place);
+// Whatever became of it: whoever comes after it on the scene may begin, once the queue is asked.
+// False where the place is not in the queue.
+bool bd_edit_queue_leave(struct bd_edit_place *place);
 
-// Something was committed: those who waited for that are asked again.
+// Asks the queue: everything begins whose turn it is, before this returns, but where somebody
+// further up asks it anyway (bd_commits.edits_wait).
 void bd_edits_go_on(struct bd_commits *commits);
 
 #endif

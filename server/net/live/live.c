@@ -87,7 +87,7 @@ static bool submit(struct bd_steps *steps)
 
 static bool cancel(struct bd_steps *steps)
 {
-    bd_job_cancel(steps->job);
+    if (steps->job) bd_job_cancel(steps->job);
     return false;
 }
 

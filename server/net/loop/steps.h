@@ -95,10 +95,12 @@ struct bd_steps {
 // Begins a list. It may end before this returns.
 void bd_steps_begin(struct bd_steps *steps, const struct bd_step *first);
 
-// Nobody wants it any more: ends before the next step, or now if none is under way.
+// Nobody wants it any more: ends before the next step, or now where the executor can still take the
+// step back (bd_step_executor.stop).
 void bd_steps_cancel(struct bd_steps *steps);
 
-// For a step on the loop: the work goes on with another list, or ends behind this step.
+// For a step's own function, wherever it runs: the work goes on with another list, or ends behind
+// this step.
 void bd_steps_branch(struct bd_steps *steps, const struct bd_step *list);
 void bd_steps_finish(struct bd_steps *steps);
 
