@@ -80,7 +80,7 @@ clusters_inputs(const struct bd_frame *frame, const struct bd_frame_light *light
     const struct bd_params *params = &frame->plan->params;
     const uint32_t side = light->rsm_size;
     const struct bd_multires_layout layout = bd_multires_layout_of(side, side, light->grid_side);
-    const uint32_t coarsest = layout.size_px.z - 1;
+    const uint32_t coarsest = layout.level_count - 1;
     return (struct bd_vpl_clusters_inputs){
         .rsm = light->rsm,
         .light = &light->setup,

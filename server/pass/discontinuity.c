@@ -74,27 +74,27 @@ static enum bd_err create_pyramid(const struct work *w, uint32_t level, struct p
                                   struct bd_err_detail *detail)
 {
     struct bd_gpu *gpu = w->context->gpu;
-    const struct bd_uvec4 size = w->args.multires.levels[level];
+    const struct bd_multires_level size = w->args.multires.levels[level];
     bool depth_range = w->depth_test == BD_DEPTH_TEST_MINMAX;
     bool normal_range = w->normal_test == BD_NORMAL_TEST_MINMAX;
     enum bd_err err = BD_ERR_OK;
     if (w->depth_test != BD_DEPTH_TEST_OFF)
         err = create_texture(gpu, "depth pyramid", depth_range ? BD_FORMAT_RG32F : BD_FORMAT_R32F,
-                             size.x, size.y, &pyramid->depth, detail);
+                             size.columns, size.rows, &pyramid->depth, detail);
     if (!err && w->normal_test != BD_NORMAL_TEST_OFF)
         err =
             create_texture(gpu, "normal pyramid", normal_range ? BD_FORMAT_RGBA32F : BD_FORMAT_R32F,
-                           size.x, size.y, &pyramid->normal, detail);
+                           size.columns, size.rows, &pyramid->normal, detail);
     if (!err && normal_range)
-        err = create_texture(gpu, "normal pyramid, least", BD_FORMAT_RGBA32F, size.x, size.y,
-                             &pyramid->normal_least, detail);
+        err = create_texture(gpu, "normal pyramid, least", BD_FORMAT_RGBA32F, size.columns,
+                             size.rows, &pyramid->normal_least, detail);
     return err;
 }
 
 static enum bd_err create_pyramids(struct work *w, struct bd_err_detail *detail)
 {
     enum bd_err err = BD_ERR_OK;
-    for (uint32_t level = 1; !err && level < 3 && level < w->args.multires.size_px.z; level++)
+    for (uint32_t level = 1; !err && level < 3 && level < w->args.multires.level_count; level++)
         err = create_pyramid(w, level, &w->pyramids[level - 1], detail);
     return err;
 }
@@ -171,8 +171,8 @@ static enum bd_err note_work(struct work *w, double units)
 static enum bd_err run_level(struct work *w, const struct bd_program *program,
                              struct bd_bindings *bindings, uint32_t level)
 {
-    const uint32_t width = w->args.multires.levels[level].x;
-    const uint32_t height = w->args.multires.levels[level].y;
+    const uint32_t width = w->args.multires.levels[level].columns;
+    const uint32_t height = w->args.multires.levels[level].rows;
     const double units_per_row = UNITS_PER_BLOCK * width;
     w->args.level = level;
     uint32_t group[3];
@@ -211,7 +211,7 @@ static enum bd_err reduce(struct work *w, struct bd_err_detail *detail)
     const struct bd_program *program;
     enum bd_err err =
         get_program(w, "pass/discontinuity/reduce.comp", true, false, &program, detail);
-    for (uint32_t level = 2; !err && level < w->args.multires.size_px.z; level++) {
+    for (uint32_t level = 2; !err && level < w->args.multires.level_count; level++) {
         struct bd_bindings bindings = {0};
         bind_finer(&w->pyramids[level % 2], &bindings);
         bind_measured(w, &w->pyramids[(level + 1) % 2], &bindings);
@@ -225,7 +225,7 @@ static enum bd_err settle(struct work *w, struct bd_err_detail *detail)
     const struct bd_program *program;
     enum bd_err err =
         get_program(w, "pass/discontinuity/settle.comp", false, false, &program, detail);
-    for (uint32_t level = 1; !err && level < w->args.multires.size_px.z; level++) {
+    for (uint32_t level = 1; !err && level < w->args.multires.level_count; level++) {
         struct bd_bindings bindings = {0};
         bindings.textures[BD_UNIT_OWN_TESTS].tex = w->own;
         bd_bind_image(&bindings, BD_IMAGE_WORDS, w->out->flags, true, true);
@@ -245,7 +245,7 @@ static enum bd_err find_representatives(struct work *w, struct bd_err_detail *de
     bind_seen(w, &bindings);
     bindings.textures[BD_UNIT_BLOCK_FLAGS].tex = w->out->flags;
     bd_bind_image(&bindings, BD_IMAGE_REPRESENTATIVES, w->out->representative, false, true);
-    for (uint32_t level = 2; !err && level < w->args.multires.size_px.z; level++)
+    for (uint32_t level = 2; !err && level < w->args.multires.level_count; level++)
         err = run_level(w, program, &bindings, level);
     return err;
 }
@@ -253,7 +253,7 @@ static enum bd_err find_representatives(struct work *w, struct bd_err_detail *de
 static enum bd_err run(struct work *w, struct bd_err_detail *detail)
 {
     enum bd_err err = create_stacks(w, detail);
-    if (err || w->args.multires.size_px.z == 1) return err;
+    if (err || w->args.multires.level_count == 1) return err;
     err = create_pyramids(w, detail);
     if (!err) err = measure(w, detail);
     if (!err) err = reduce(w, detail);

@@ -35,10 +35,10 @@ struct work {
 static void lay_out_tiles(struct bd_fragments_args *args)
 {
     uint32_t tiles = 0;
-    for (uint32_t k = args->multires.size_px.z; k-- > 0;) {
-        uint32_t columns = bd_divided_up(args->multires.levels[k].x, BD_FRAGMENT_TILE_SIDE);
-        uint32_t rows = bd_divided_up(args->multires.levels[k].y, BD_FRAGMENT_TILE_SIDE);
-        args->tiles[k] = (struct bd_uvec4){tiles, columns, 2 * tiles, 0};
+    for (uint32_t k = args->multires.level_count; k-- > 0;) {
+        uint32_t columns = bd_divided_up(args->multires.levels[k].columns, BD_FRAGMENT_TILE_SIDE);
+        uint32_t rows = bd_divided_up(args->multires.levels[k].rows, BD_FRAGMENT_TILE_SIDE);
+        args->tiles[k] = (struct bd_fragment_tiles){tiles, columns, 2 * tiles, 0};
         tiles += columns * rows;
     }
     args->number_count = tiles;
@@ -46,7 +46,7 @@ static void lay_out_tiles(struct bd_fragments_args *args)
 
 static uint32_t end_half_tile(const struct bd_fragments_args *args, uint32_t level)
 {
-    return 2 * (level > 0 ? args->tiles[level - 1].x : args->number_count);
+    return 2 * (level > 0 ? args->tiles[level - 1].first : args->number_count);
 }
 
 // Numbers in all levels of the prefix sum.
@@ -162,7 +162,7 @@ static enum bd_err classify(struct work *w, enum bd_fragment_refinement refineme
     if (w->lone_pixels) bd_define(&defines, "BD_LONE_PIXELS", 1);
     if (iterative) bd_define(&defines, "BD_ITERATIVE", 1);
     if (w->inputs->rsm) bd_define(&defines, "BD_RSM", 1);
-    if (w->args.multires.size_px.z == 1) bd_define(&defines, "BD_ONE_LEVEL", 1);
+    if (w->args.multires.level_count == 1) bd_define(&defines, "BD_ONE_LEVEL", 1);
     if (w->discontinuity->glossy) bd_define(&defines, "BD_GLOSSY", 1);
     if (w->discontinuity->lit) bd_define(&defines, "BD_UNLIT", 1);
     enum bd_err err =
@@ -171,8 +171,8 @@ static enum bd_err classify(struct work *w, enum bd_fragment_refinement refineme
     bind_classify(w, &bindings);
     if (!iterative)
         return run_words(w, program, &bindings, UNITS_PER_HALF_TILE, 0, 2 * w->args.number_count);
-    for (uint32_t k = w->args.multires.size_px.z; !err && k-- > 0;)
-        err = run_words(w, program, &bindings, UNITS_PER_HALF_TILE, w->args.tiles[k].z,
+    for (uint32_t k = w->args.multires.level_count; !err && k-- > 0;)
+        err = run_words(w, program, &bindings, UNITS_PER_HALF_TILE, w->args.tiles[k].first_word,
                         end_half_tile(&w->args, k));
     return err;
 }
@@ -199,10 +199,10 @@ static enum bd_err scan(struct work *w, struct bd_err_detail *detail)
 static void read_counts(const struct bd_fragments_summary *summary, struct bd_fragments *out)
 {
     uint32_t end = out->count = summary->fragment_count;
-    for (uint32_t k = 0; k < out->layout.size_px.z; k++) {
-        out->level_first[k] = summary->first[k].x;
-        out->level_count[k] = end - summary->first[k].x;
-        end = summary->first[k].x;
+    for (uint32_t k = 0; k < out->layout.level_count; k++) {
+        out->level_first[k] = summary->first[k];
+        out->level_count[k] = end - summary->first[k];
+        end = summary->first[k];
     }
 }
 
@@ -303,7 +303,7 @@ enum bd_err bd_fragments_run(const struct bd_pass_context *context,
         .args.multires = discontinuity->layout,
     };
     lay_out_tiles(&w.args);
-    const uint32_t finest = inputs->settings.finest_level, levels = w.args.multires.size_px.z;
+    const uint32_t finest = inputs->settings.finest_level, levels = w.args.multires.level_count;
     w.args.finest_level = finest < levels ? finest : levels - 1;
     w.lone_pixels = inputs->settings.lone_pixels && w.args.finest_level > 0;
     if (w.lone_pixels) w.view = bd_viewpoint_uniform(inputs->viewpoint, inputs->space);
@@ -346,9 +346,10 @@ static enum bd_err write_children(struct work *w, struct bd_err_detail *detail)
 // From now on a word is one of the parents, which pixels are not: those come last in their list.
 static void lay_out_parents(struct work *w)
 {
-    const uint32_t coarsest = w->args.multires.size_px.z - 1;
-    for (uint32_t k = 0; k < coarsest; k++) w->args.tiles[k].z = w->parents->level_first[k + 1];
-    w->args.tiles[coarsest].z = 0;
+    const uint32_t coarsest = w->args.multires.level_count - 1;
+    for (uint32_t k = 0; k < coarsest; k++)
+        w->args.tiles[k].first_word = w->parents->level_first[k + 1];
+    w->args.tiles[coarsest].first_word = 0;
     w->args.number_count = bd_divided_up(w->parents->level_first[0], 2);
 }
 

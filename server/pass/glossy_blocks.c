@@ -64,11 +64,11 @@ static enum bd_err run_level(const struct work *w, uint32_t level, struct bd_err
     if (level == 1) bd_define(&source.defines, "BD_PIXELS", 1);
     struct bd_program *program;
     enum bd_err err = bd_program_get(w->context->gpu, &source, &program, detail);
-    const struct bd_uvec4 size = w->out->layout.levels[level];
-    const double units_per_row = UNITS_PER_BLOCK * size.x;
+    const struct bd_multires_level size = w->out->layout.levels[level];
+    const double units_per_row = UNITS_PER_BLOCK * size.columns;
     bd_slicer_work(w->context->slicer, "glossy_blocks");
-    for (uint32_t row = 0; !err && row < size.y;) {
-        uint32_t rows = bd_slicer_rows(w->context->slicer, units_per_row, size.y - row);
+    for (uint32_t row = 0; !err && row < size.rows;) {
+        uint32_t rows = bd_slicer_rows(w->context->slicer, units_per_row, size.rows - row);
         const struct bd_glossy_blocks_args args = {
             .level = level,
             .first_row = row,
@@ -77,9 +77,10 @@ static enum bd_err run_level(const struct work *w, uint32_t level, struct bd_err
             .material_threshold = (float)fmin(w->inputs->material_threshold, NO_LIMIT),
         };
         struct bd_bindings bindings = bind(w, &args);
-        bd_gpu_dispatch(w->context->gpu, program, &bindings, (size.x + 7) / 8, (rows + 7) / 8, 1);
+        bd_gpu_dispatch(w->context->gpu, program, &bindings, (size.columns + 7) / 8, (rows + 7) / 8,
+                        1);
         row += rows;
-        if (row < size.y) err = bd_slicer_checkpoint(w->context->slicer, units_per_row * rows);
+        if (row < size.rows) err = bd_slicer_checkpoint(w->context->slicer, units_per_row * rows);
     }
     return err;
 }
@@ -100,7 +101,7 @@ enum bd_err bd_glossy_blocks_run(const struct bd_pass_context *context,
         err = create_stack(gpu, "surfaces, least", BD_FORMAT_RGBA32UI, layout, &w.least, detail);
     if (!err)
         err = create_stack(gpu, "surfaces, most", BD_FORMAT_RGBA32UI, layout, &w.most, detail);
-    for (uint32_t level = 1; !err && level < layout->size_px.z; level++)
+    for (uint32_t level = 1; !err && level < layout->level_count; level++)
         err = run_level(&w, level, detail);
     bd_tex_destroy(gpu, &w.least);
     bd_tex_destroy(gpu, &w.most);

@@ -24,14 +24,16 @@ struct bd_multires_layout bd_multires_layout_of(uint32_t width_px, uint32_t heig
     BD_ASSERT_CMP(longer(width_px, height_px), <=, SIDE_MAX_PX);
     BD_ASSERT_CMP(coarsest_side, >=, 1);
     struct bd_multires_layout layout = {
-        .size_px = {width_px, height_px, 1, 0},
+        .width_px = width_px,
+        .height_px = height_px,
+        .level_count = 1,
         .levels[0] = {width_px, height_px, 0, 0},
     };
-    const struct bd_uvec4 *finer = &layout.levels[0];
-    for (uint32_t row = 0; longer(finer->x, finer->y) > coarsest_side; finer++) {
-        struct bd_uvec4 *level = &layout.levels[layout.size_px.z++];
-        *level = (struct bd_uvec4){halved(finer->x), halved(finer->y), row, 0};
-        row += level->y;
+    const struct bd_multires_level *finer = &layout.levels[0];
+    for (uint32_t row = 0; longer(finer->columns, finer->rows) > coarsest_side; finer++) {
+        struct bd_multires_level *level = &layout.levels[layout.level_count++];
+        *level = (struct bd_multires_level){halved(finer->columns), halved(finer->rows), row, 0};
+        row += level->rows;
     }
     return layout;
 }
@@ -39,24 +41,24 @@ struct bd_multires_layout bd_multires_layout_of(uint32_t width_px, uint32_t heig
 uint64_t bd_multires_block_count(const struct bd_multires_layout *layout)
 {
     uint64_t blocks = 0;
-    for (uint32_t k = 0; k < layout->size_px.z; k++)
-        blocks += (uint64_t)layout->levels[k].x * layout->levels[k].y;
+    for (uint32_t k = 0; k < layout->level_count; k++)
+        blocks += (uint64_t)layout->levels[k].columns * layout->levels[k].rows;
     return blocks;
 }
 
-struct bd_uvec4 bd_multires_level(const struct bd_multires_layout *layout, uint32_t level)
+struct bd_multires_level bd_multires_level(const struct bd_multires_layout *layout, uint32_t level)
 {
-    struct bd_uvec4 found = {0};
-    if (level < layout->size_px.z) found = layout->levels[level];
-    found.w = level;
+    struct bd_multires_level found = {0};
+    if (level < layout->level_count) found = layout->levels[level];
+    found.number = level;
     return found;
 }
 
 void bd_multires_stack_size(const struct bd_multires_layout *layout, uint32_t *width_px,
                             uint32_t *height_px)
 {
-    const struct bd_uvec4 *last = &layout->levels[layout->size_px.z - 1];
-    bool stacked = layout->size_px.z > 1;
-    *width_px = stacked ? layout->levels[1].x : 1;
-    *height_px = stacked ? last->z + last->y : 1;
+    const struct bd_multires_level *last = &layout->levels[layout->level_count - 1];
+    bool stacked = layout->level_count > 1;
+    *width_px = stacked ? layout->levels[1].columns : 1;
+    *height_px = stacked ? last->first_row + last->rows : 1;
 }

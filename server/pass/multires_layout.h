@@ -15,8 +15,8 @@ struct bd_multires_layout bd_multires_layout_of(uint32_t width_px, uint32_t heig
 // Blocks of all levels together: no list of fragments is longer than level 0's share of it.
 uint64_t bd_multires_block_count(const struct bd_multires_layout *layout);
 
-// An entry of the layout's levels with its number in w; of no blocks behind the coarsest.
-struct bd_uvec4 bd_multires_level(const struct bd_multires_layout *layout, uint32_t level);
+// An entry of the layout's levels with its number; of no blocks behind the coarsest.
+struct bd_multires_level bd_multires_level(const struct bd_multires_layout *layout, uint32_t level);
 
 // Size of the texture that stacks the levels from 1 on; 1 x 1 if there are none.
 void bd_multires_stack_size(const struct bd_multires_layout *layout, uint32_t *width_px,

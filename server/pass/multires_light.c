@@ -25,7 +25,7 @@ static enum bd_err create_cleared(struct bd_gpu *gpu, const char *name, uint32_t
 static enum bd_err create_all(struct bd_gpu *gpu, enum bd_light_vectors vectors,
                               struct bd_multires_light *light, struct bd_err_detail *detail)
 {
-    uint32_t width = light->layout.size_px.x, height = light->layout.size_px.y, wide, high;
+    uint32_t width = light->layout.width_px, height = light->layout.height_px, wide, high;
     bd_multires_stack_size(&light->layout, &wide, &high);
     enum bd_err err = create_cleared(gpu, "light of pixels", width, height, &light->fine, detail);
     if (!err) err = create_cleared(gpu, "light of blocks", wide, high, &light->coarse, detail);
@@ -57,8 +57,8 @@ enum bd_err bd_multires_light_add_noise(struct bd_gpu *gpu, struct bd_multires_l
 {
     uint32_t wide, high;
     bd_multires_stack_size(&light->layout, &wide, &high);
-    enum bd_err err = create_cleared(gpu, "noise of pixels", light->layout.size_px.x,
-                                     light->layout.size_px.y, &light->fine_noise, detail);
+    enum bd_err err = create_cleared(gpu, "noise of pixels", light->layout.width_px,
+                                     light->layout.height_px, &light->fine_noise, detail);
     return err ? err
                : create_cleared(gpu, "noise of blocks", wide, high, &light->coarse_noise, detail);
 }

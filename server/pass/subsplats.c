@@ -55,8 +55,8 @@ static enum bd_err create_images(struct work *w, struct bd_err_detail *detail)
     const struct bd_multires_layout *layout = &w->inputs->start->layout;
     uint32_t wide, high;
     bd_multires_stack_size(layout, &wide, &high);
-    enum bd_err err = create_image(gpu, "glossy light of pixels", layout->size_px.x,
-                                   layout->size_px.y, &w->fine, detail);
+    enum bd_err err = create_image(gpu, "glossy light of pixels", layout->width_px,
+                                   layout->height_px, &w->fine, detail);
     if (!err) err = create_image(gpu, "glossy light of blocks", wide, high, &w->coarse, detail);
     if (!err) err = create_image(gpu, "its slope along x", wide, high, &w->slope_x, detail);
     if (!err) err = create_image(gpu, "its slope along y", wide, high, &w->slope_y, detail);
@@ -84,7 +84,7 @@ static uint32_t block_count(const struct bd_fragments *start)
 static uint32_t capacity_of(const struct bd_subsplats_inputs *inputs)
 {
     uint64_t pixels = 0;
-    for (uint32_t k = 1; k < inputs->start->layout.size_px.z; k++)
+    for (uint32_t k = 1; k < inputs->start->layout.level_count; k++)
         pixels += (uint64_t)inputs->start->level_count[k] << 2 * k;
     uint64_t limit = inputs->block_limit > BLOCK_LIMIT_MIN ? inputs->block_limit : BLOCK_LIMIT_MIN;
     return (uint32_t)(pixels < BLOCK_LIMIT_MIN ? BLOCK_LIMIT_MIN : pixels < limit ? pixels : limit);
@@ -281,7 +281,7 @@ static uint32_t part_of_start(const struct work *w, uint32_t first)
     const struct bd_fragments *start = w->inputs->start;
     uint64_t room = w->capacity;
     uint32_t end = first;
-    for (uint32_t k = start->layout.size_px.z; k-- > 1;) {
+    for (uint32_t k = start->layout.level_count; k-- > 1;) {
         const uint32_t level_end = start->level_first[k] + start->level_count[k];
         if (level_end <= end) continue;
         uint64_t fit = room >> 2 * k;
@@ -367,7 +367,7 @@ static enum bd_err get_programs(struct work *w, struct bd_err_detail *detail)
 static enum bd_err spread(struct work *w, struct bd_tex *glossy, struct bd_err_detail *detail)
 {
     const struct bd_multires_layout *layout = &w->inputs->start->layout;
-    const uint32_t width = layout->size_px.x, height = layout->size_px.y;
+    const uint32_t width = layout->width_px, height = layout->height_px;
     const double units_per_row = UNITS_PER_PIXEL * width;
     const struct bd_program *program;
     enum bd_err err =
@@ -428,8 +428,8 @@ enum bd_err bd_subsplats_run(const struct bd_pass_context *context,
     w.args.next_block_count_max = w.capacity;
     set_limits(&w);
     *counts = (struct bd_subsplat_counts){0};
-    enum bd_err err = create_image(context->gpu, "indirect glossy", layout->size_px.x,
-                                   layout->size_px.y, &made, detail);
+    enum bd_err err = create_image(context->gpu, "indirect glossy", layout->width_px,
+                                   layout->height_px, &made, detail);
     if (!err) err = create_images(&w, detail);
     if (!err && block_count(inputs->start) > 0) err = create_buffers(&w, detail);
     if (!err) err = get_programs(&w, detail);

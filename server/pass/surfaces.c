@@ -37,9 +37,9 @@ struct work {
 static uint32_t lay_out_lists(const struct bd_multires_layout *layout, struct bd_surfaces *out)
 {
     uint32_t blocks = 0;
-    for (uint32_t k = 1; k < layout->size_px.z; k++) {
+    for (uint32_t k = 1; k < layout->level_count; k++) {
         out->outer_first[k] = blocks;
-        blocks += layout->levels[k].x * layout->levels[k].y;
+        blocks += layout->levels[k].columns * layout->levels[k].rows;
     }
     return blocks;
 }
@@ -50,7 +50,8 @@ static enum bd_err create_outputs(struct work *w, struct bd_err_detail *detail)
     struct bd_gpu *gpu = w->context->gpu;
     const struct bd_multires_layout *layout = &w->discontinuity->layout;
     const size_t blocks = lay_out_lists(layout, w->out);
-    const size_t most = (size_t)layout->levels[1].x * layout->levels[1].y + 1; // level 1, if any
+    const size_t most =
+        (size_t)layout->levels[1].columns * layout->levels[1].rows + 1; // level 1, if any
     struct bd_tex_desc desc = {.name = "surfaces of blocks", .format = BD_FORMAT_R32UI};
     bd_multires_stack_size(layout, &desc.width_px, &desc.height_px);
     enum bd_err err = bd_tex_create(gpu, &desc, &w->out->words, detail);
@@ -69,7 +70,7 @@ static enum bd_err create_outputs(struct work *w, struct bd_err_detail *detail)
 static enum bd_err create_children(const struct work *w, struct bd_err_detail *detail)
 {
     uint32_t count = 0;
-    for (uint32_t k = 1; k < w->discontinuity->layout.size_px.z; k++) {
+    for (uint32_t k = 1; k < w->discontinuity->layout.level_count; k++) {
         w->out->children_first[k] = count;
         count += w->out->outer_count[k];
     }
@@ -138,7 +139,8 @@ static struct bd_surfaces_args args_of(const struct work *w, uint32_t level)
         .level = bd_multires_level(layout, level),
         .finer = bd_multires_level(layout, level - 1),
         .coarser = bd_multires_level(layout, level + 1),
-        .size_px = layout->size_px,
+        .width_px = layout->width_px,
+        .height_px = layout->height_px,
         .first_children = w->out->children_first[level],
     };
 }
@@ -146,23 +148,24 @@ static struct bd_surfaces_args args_of(const struct work *w, uint32_t level)
 static enum bd_err run_level(const struct work *w, const struct bd_program *program,
                              struct bd_bindings bindings, uint32_t level)
 {
-    const struct bd_uvec4 blocks = w->discontinuity->layout.levels[level];
-    const double units_per_row = UNITS_PER_BLOCK * blocks.x;
+    const struct bd_multires_level blocks = w->discontinuity->layout.levels[level];
+    const double units_per_row = UNITS_PER_BLOCK * blocks.columns;
     struct bd_surfaces_args args = args_of(w, level);
     uint32_t group[3];
     bd_program_group_size(program, group);
     bindings.uniforms[BD_UNIFORM_ARGS].bytes = &args;
     bindings.uniforms[BD_UNIFORM_ARGS].size_bytes = sizeof args;
     bd_slicer_work(w->context->slicer, "surfaces");
-    for (uint32_t row = 0; row < blocks.y;) {
-        uint32_t rows = bd_slicer_rows(w->context->slicer, units_per_row, blocks.y - row);
+    for (uint32_t row = 0; row < blocks.rows;) {
+        uint32_t rows = bd_slicer_rows(w->context->slicer, units_per_row, blocks.rows - row);
         args.first_row = row;
         args.row_count = rows;
-        bd_gpu_dispatch(w->context->gpu, program, &bindings, (blocks.x + group[0] - 1) / group[0],
+        bd_gpu_dispatch(w->context->gpu, program, &bindings,
+                        (blocks.columns + group[0] - 1) / group[0],
                         (rows + group[1] - 1) / group[1], 1);
         row += rows;
         // The last slice is left to the next checkpoint: levels are many, and most are small.
-        if (row == blocks.y) break;
+        if (row == blocks.rows) break;
         enum bd_err err = bd_slicer_checkpoint(w->context->slicer, units_per_row * rows);
         if (err) return err;
     }
@@ -207,7 +210,7 @@ static enum bd_err find_outer(const struct work *w, const struct programs *progr
 {
     struct counts counts[BD_MULTIRES_LEVEL_MAX];
     enum bd_err err = BD_ERR_OK;
-    for (uint32_t level = w->discontinuity->layout.size_px.z; !err && level-- > 1;)
+    for (uint32_t level = w->discontinuity->layout.level_count; !err && level-- > 1;)
         err = find_outer_of_level(w, programs, level);
     if (!err) err = bd_buf_read(w->context->gpu, w->counts, 0, counts, sizeof counts);
     for (uint32_t k = 0; !err && k < BD_MULTIRES_LEVEL_MAX; k++)
@@ -218,7 +221,7 @@ static enum bd_err find_outer(const struct work *w, const struct programs *progr
 static enum bd_err look_at_children(const struct work *w, const struct programs *programs)
 {
     enum bd_err err = BD_ERR_OK;
-    for (uint32_t k = 1; !err && k < w->discontinuity->layout.size_px.z; k++)
+    for (uint32_t k = 1; !err && k < w->discontinuity->layout.level_count; k++)
         err = run_list(w, programs->children, UNITS_PER_OUTER, bind_children(w), k,
                        w->out->outer_count[k]);
     return err;

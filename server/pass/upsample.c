@@ -77,7 +77,7 @@ static enum bd_err run_inner(const struct upsample *u, uint32_t level, struct bd
     enum bd_err err = get_program(u, "pass/upsample/inner.comp", level, &program, detail);
     if (err) return err;
     struct bd_upsample_args args = args_of(u, level);
-    uint32_t group[3], columns = (args.level.x + 1) / 2, height = (args.level.y + 1) / 2;
+    uint32_t group[3], columns = (args.level.columns + 1) / 2, height = (args.level.rows + 1) / 2;
     bd_program_group_size(program, group);
     double units_per_row = columns * UNITS_PER_INNER;
     bd_slicer_work(u->context->slicer, "upsample");
@@ -133,7 +133,7 @@ static enum bd_err run_own(const struct upsample *u, const struct bd_fragments *
 static enum bd_err run_level(const struct upsample *u, uint32_t level, struct bd_err_detail *detail)
 {
     uint32_t outer = 0;
-    if (level + 1 < u->inputs->light->layout.size_px.z)
+    if (level + 1 < u->inputs->light->layout.level_count)
         outer = u->inputs->surfaces->outer_count[level + 1];
     enum bd_err err = run_inner(u, level, detail);
     if (!err) err = run_list(u, "pass/upsample/outer.comp", level, NULL, 0, outer, detail);
@@ -150,8 +150,8 @@ static enum bd_err create_target(const struct upsample *u, struct bd_err_detail 
     struct bd_tex_desc desc = {
         .name = "indirect irradiance",
         .format = BD_FORMAT_RGBA32F,
-        .width_px = u->inputs->light->layout.size_px.x,
-        .height_px = u->inputs->light->layout.size_px.y,
+        .width_px = u->inputs->light->layout.width_px,
+        .height_px = u->inputs->light->layout.height_px,
     };
     enum bd_err err = bd_tex_create(gpu, &desc, &u->out->irradiance, detail);
     if (err || !u->inputs->keep_vector) return err;
@@ -174,7 +174,7 @@ enum bd_err bd_upsample_run(const struct bd_pass_context *context,
     BD_ASSERT(u.out);
     enum bd_err err = create_target(&u, detail);
     // The coarsest level's fragments have nothing above them.
-    for (uint32_t level = inputs->light->layout.size_px.z - 1; !err && level > 1; level--)
+    for (uint32_t level = inputs->light->layout.level_count - 1; !err && level > 1; level--)
         err = run_level(&u, level - 1, detail);
     if (!err) err = run_level(&u, 0, detail);
     if (err) {

@@ -127,7 +127,7 @@ static enum bd_err fill_list(const struct clusters *c, struct bd_err_detail *det
     enum bd_err err = BD_ERR_OK;
     for (uint32_t face = 0; !err && face < c->inputs->rsm->face_count; face++) {
         const struct bd_fragments *fragments = c->faces[face];
-        for (uint32_t level = 0; !err && level < fragments->layout.size_px.z; level++)
+        for (uint32_t level = 0; !err && level < fragments->layout.level_count; level++)
             if (fragments->level_count[level] > 0) err = fill_level(c, face, level, before, detail);
         before += fragments->count;
     }

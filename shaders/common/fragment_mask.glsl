@@ -6,7 +6,7 @@ layout(std430, binding = BD_STORAGE_FRAGMENT_MASKS) readonly buffer mask_block {
 
 uvec2 tiles_of_level(uint level)
 {
-    return (multires.levels[level].xy + BD_FRAGMENT_TILE_SIDE - 1u) / BD_FRAGMENT_TILE_SIDE;
+    return (uvec2(blocks_of_level(level)) + BD_FRAGMENT_TILE_SIDE - 1u) / BD_FRAGMENT_TILE_SIDE;
 }
 
 bool is_fragment(uint level, ivec2 block)

@@ -18,6 +18,20 @@
 #define BD_FRAGMENT_GROUP      64u    // work-group size of who works through the list
 #define BD_FRAGMENT_GROUPS_MAX 65535u // in one direction
 
+// Of a level.
+struct bd_fragment_tiles {
+    BD_UINT first;      // tile
+    BD_UINT columns;    // tiles in a row
+    BD_UINT first_word; // of the mask
+    BD_UINT unused_0;
+};
+
+#ifdef BD_GLSL
+#define BD_FRAGMENT_TILES bd_fragment_tiles
+#else
+#define BD_FRAGMENT_TILES struct bd_fragment_tiles
+#endif
+
 struct bd_fragments_args {
     BD_MULTIRES_LAYOUT multires;
 
@@ -26,8 +40,7 @@ struct bd_fragments_args {
     BD_UINT scan_level; // of the prefix sum
     BD_UINT face;       // of the light's map
 
-    BD_UVEC4 tiles[BD_MULTIRES_LEVEL_MAX]; // of a level: x = the first, y = tiles in a row; z =
-                                           // first word of the mask
+    BD_FRAGMENT_TILES tiles[BD_MULTIRES_LEVEL_MAX];
 
     BD_UINT number_count; // of the prefix sum
     BD_UINT finest_level; // whose blocks are not split
@@ -47,12 +60,13 @@ struct bd_fragments_summary {
     BD_UINT unused_1;
     BD_UINT unused_2;
 
-    BD_UVEC4 first[BD_MULTIRES_LEVEL_MAX]; // x = place of the level's first fragment
+    BD_UINT first[BD_MULTIRES_LEVEL_MAX]; // place of the level's first fragment
+    BD_UINT unused_3;
 };
 
 #ifndef BD_GLSL
 _Static_assert(sizeof(struct bd_fragments_args) == 544, "std140 size");
-_Static_assert(sizeof(struct bd_fragments_summary) == 256, "std430 size");
+_Static_assert(sizeof(struct bd_fragments_summary) == 80, "std430 size");
 #endif
 
 #endif

@@ -4,8 +4,8 @@
 // as far as they lie in it: level k has ceil(width / 2^k) x ceil(height / 2^k) blocks, the last
 // ones may be cut, and no row is ever dropped. Level 0 is a texture of the picture's size; the
 // coarser levels share a second one, stacked from level 1 down, level k beginning at row
-// `levels[k].z`. (The papers stack them beside the picture, where the widest picture of a device
-// leaves no room.)
+// `levels[k].first_row`. (The papers stack them beside the picture, where the widest picture of a
+// device leaves no room.)
 #ifndef BD_SHARED_MULTIRES_H
 #define BD_SHARED_MULTIRES_H
 
@@ -14,18 +14,30 @@
 // Pictures up to 16384 px a side, in blocks up to 16384 px.
 #define BD_MULTIRES_LEVEL_MAX 15
 
-struct bd_multires_layout {
-    BD_UVEC4 size_px;                       // xy = the picture, z = levels, w = unused
-    BD_UVEC4 levels[BD_MULTIRES_LEVEL_MAX]; // xy = blocks of the level, z = first row in the stack
-                                            // (level 0: 0), w = unused
+struct bd_multires_level {
+    BD_UINT columns; // of blocks
+    BD_UINT rows;
+    BD_UINT first_row; // in the stack; level 0: 0
+    BD_UINT number;    // which it is, where it is an argument by itself; in a layout unused
 };
 
-// As a member of other structs: GLSL knows no `struct NAME`.
+// As members of other structs: GLSL knows no `struct NAME`.
 #ifdef BD_GLSL
+#define BD_MULTIRES_LEVEL  bd_multires_level
 #define BD_MULTIRES_LAYOUT bd_multires_layout
 #else
+#define BD_MULTIRES_LEVEL  struct bd_multires_level
 #define BD_MULTIRES_LAYOUT struct bd_multires_layout
 #endif
+
+struct bd_multires_layout {
+    BD_UINT width_px; // of the picture
+    BD_UINT height_px;
+    BD_UINT level_count;
+    BD_UINT unused_0;
+
+    BD_MULTIRES_LEVEL levels[BD_MULTIRES_LEVEL_MAX];
+};
 
 // A fragment is one block that is lit as a whole, packed in 32 bits.
 #define BD_FRAGMENT_PACK(level, x, y) ((level) << 28 | (y) << 14 | (x))

@@ -2,7 +2,7 @@
 #ifndef BD_SHARED_SURFACES_H
 #define BD_SHARED_SURFACES_H
 
-#include "shared/types.h"
+#include "shared/multires.h"
 
 // A word a block: what is left of it in the end.
 #define BD_SURFACES_INNER 1u // the eight around it hold light of its surface; its children are lit
@@ -26,22 +26,25 @@
 // reverse.
 #define BD_SURFACES_CELLS(y, i) ((y) >> (5 * (i)) & 0x1fu)
 
-// Levels as in bd_multires_layout, w = which (multires_number).
 struct bd_surfaces_args {
     BD_UINT first_row;    // of the slice, where it is rows of blocks
     BD_UINT row_count;    // in it
     BD_UINT finest_level; // whose blocks are not split (pass/fragments.h)
     BD_UINT first_outer;  // where the level's outer blocks begin in their list
 
-    BD_UVEC4 level;   // of the blocks
-    BD_UVEC4 finer;   // of their children
-    BD_UVEC4 coarser; // of their parents
-    BD_UVEC4 size_px; // xy = the picture
+    BD_MULTIRES_LEVEL level;   // of the blocks
+    BD_MULTIRES_LEVEL finer;   // of their children
+    BD_MULTIRES_LEVEL coarser; // of their parents
+
+    BD_UINT width_px; // of the picture
+    BD_UINT height_px;
+    BD_UINT unused_0;
+    BD_UINT unused_1;
 
     BD_UINT first_children; // where the words of the level's children begin in theirs
     BD_UINT first_item;     // of the slice, where it is a list of the level's blocks
     BD_UINT item_count;     // in it
-    BD_UINT unused_0;
+    BD_UINT unused_2;
 };
 
 #ifndef BD_GLSL

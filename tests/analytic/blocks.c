@@ -145,8 +145,8 @@ size_t blocks_texel(const struct blocks *blocks, uint32_t level, uint32_t x, uin
     const struct bd_multires_layout *layout = &blocks->fragments.layout;
     uint32_t wide, high;
     bd_multires_stack_size(layout, &wide, &high);
-    return level ? (size_t)(y + layout->levels[level].z) * wide + x
-                 : (size_t)y * layout->size_px.x + x;
+    return level ? (size_t)(y + layout->levels[level].first_row) * wide + x
+                 : (size_t)y * layout->width_px + x;
 }
 
 // With a bit for each child that holds something lit.
@@ -156,7 +156,7 @@ static uint32_t word_of(const struct blocks_scene *scene, const struct bd_multir
     uint32_t word = kind;
     for (uint32_t i = 0; i < 4; i++) {
         uint32_t cx = 2 * x + i % 2, cy = 2 * y + i / 2;
-        if (cx >= layout->levels[k - 1].x || cy >= layout->levels[k - 1].y) continue;
+        if (cx >= layout->levels[k - 1].columns || cy >= layout->levels[k - 1].rows) continue;
         if (look_at(scene, k - 1, cx, cy).flags != BD_BLOCK_EMPTY) word |= BD_BLOCK_WITH_CHILD(i);
     }
     return word;
@@ -169,9 +169,9 @@ static void make_discontinuity(const struct blocks_scene *scene, struct blocks *
     bd_multires_stack_size(layout, &wide, &high);
     uint32_t *flags = calloc((size_t)wide * high, sizeof *flags);
     uint32_t *pixels = calloc((size_t)wide * high, sizeof *pixels);
-    for (uint32_t k = 1; k < layout->size_px.z; k++) {
-        for (uint32_t y = 0; y < layout->levels[k].y; y++) {
-            for (uint32_t x = 0; x < layout->levels[k].x; x++) {
+    for (uint32_t k = 1; k < layout->level_count; k++) {
+        for (uint32_t y = 0; y < layout->levels[k].rows; y++) {
+            for (uint32_t x = 0; x < layout->levels[k].columns; x++) {
                 struct block block = look_at(scene, k, x, y);
                 flags[blocks_texel(out, k, x, y)] = word_of(scene, layout, k, x, y, block.flags);
                 pixels[blocks_texel(out, k, x, y)] = block.representative;
@@ -191,13 +191,13 @@ static bool is_fragment(const struct blocks_scene *scene, const struct bd_multir
 {
     uint32_t own = look_at(scene, k, x, y).flags;
     if (own == BD_BLOCK_EMPTY || (k > 0 && own == BD_BLOCK_DISCONTINUOUS)) return false;
-    if (k + 1 == layout->size_px.z) return true;
+    if (k + 1 == layout->level_count) return true;
     return look_at(scene, k + 1, x / 2, y / 2).flags == BD_BLOCK_DISCONTINUOUS;
 }
 
-static uint32_t tile_count(struct bd_uvec4 level)
+static uint32_t tile_count(struct bd_multires_level level)
 {
-    return (level.x + 7) / 8 * ((level.y + 7) / 8);
+    return (level.columns + 7) / 8 * ((level.rows + 7) / 8);
 }
 
 // A bit for each block: tiles of 8 x 8 from the coarsest level on, four rows of one in a word.
@@ -205,7 +205,7 @@ static void make_masks(struct blocks *out)
 {
     struct bd_fragments *f = &out->fragments;
     uint32_t tiles_before[BD_MULTIRES_LEVEL_MAX], tiles = 0;
-    for (uint32_t k = f->layout.size_px.z; k-- > 0;) {
+    for (uint32_t k = f->layout.level_count; k-- > 0;) {
         tiles_before[k] = tiles;
         tiles += tile_count(f->layout.levels[k]);
     }
@@ -213,7 +213,7 @@ static void make_masks(struct blocks *out)
     for (uint32_t i = 0; i < f->count; i++) {
         uint32_t k = BD_FRAGMENT_LEVEL(out->list[i]);
         uint32_t x = BD_FRAGMENT_X(out->list[i]), y = BD_FRAGMENT_Y(out->list[i]);
-        uint32_t tile = tiles_before[k] + y / 8 * ((f->layout.levels[k].x + 7) / 8) + x / 8;
+        uint32_t tile = tiles_before[k] + y / 8 * ((f->layout.levels[k].columns + 7) / 8) + x / 8;
         masks[2 * tile + y % 8 / 4] |= 1u << (y % 4 * 8 + x % 8);
     }
     f->masks = make_buf(out->gpu, 2 * (size_t)tiles * sizeof *masks, masks);
@@ -224,10 +224,10 @@ static void make_fragments(const struct blocks_scene *scene, struct blocks *out)
 {
     struct bd_fragments *f = &out->fragments;
     out->list = calloc(bd_multires_block_count(&f->layout), sizeof *out->list);
-    for (uint32_t k = f->layout.size_px.z; k-- > 0;) {
+    for (uint32_t k = f->layout.level_count; k-- > 0;) {
         f->level_first[k] = f->count;
-        for (uint32_t y = 0; y < f->layout.levels[k].y; y++)
-            for (uint32_t x = 0; x < f->layout.levels[k].x; x++)
+        for (uint32_t y = 0; y < f->layout.levels[k].rows; y++)
+            for (uint32_t x = 0; x < f->layout.levels[k].columns; x++)
                 if (is_fragment(scene, &f->layout, k, x, y))
                     out->list[f->count++] = BD_FRAGMENT_PACK(k, x, y);
         f->level_count[k] = f->count - f->level_first[k];

@@ -97,8 +97,8 @@ static uint32_t *list_of(struct blocks *b, const struct bd_fragments *fragments)
 
 static bool is_lit(const struct blocks *b, uint32_t level, uint32_t x, uint32_t y)
 {
-    const struct bd_uvec4 *size = &b->fragments.layout.levels[level];
-    if (x >= size->x || y >= size->y) return false;
+    const struct bd_multires_level *size = &b->fragments.layout.levels[level];
+    if (x >= size->columns || y >= size->rows) return false;
     for (uint32_t j = y << level; j < (y + 1) << level && j < HEIGHT; j++)
         for (uint32_t i = x << level; i < (x + 1) << level && i < WIDTH; i++)
             if (but_a_corner(i, j)) return true;
@@ -184,7 +184,7 @@ static struct outcome refined(struct blocks *b, enum bd_fragment_visit visit, do
     struct bd_multires_light *light = gather(b, &b->fragments, visit, NULL);
     const struct bd_fragments *last = &b->fragments;
     while (last->count > last->level_count[0]) {
-        assert_in_range(b->part_count, 0, b->fragments.layout.size_px.z - 1);
+        assert_in_range(b->part_count, 0, b->fragments.layout.level_count - 1);
         struct bd_fragments *parts = split(b, last, light, threshold);
         assert_parts(b, last, light, threshold, parts);
         b->parts[b->part_count++] = parts;

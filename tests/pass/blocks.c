@@ -19,14 +19,14 @@ struct bd_discontinuity *discontinuity_of(const struct picture *p,
 
 uint32_t block_index(const struct blocks *b, uint32_t level, uint32_t x, uint32_t y)
 {
-    return b->first[level] + y * b->layout.levels[level].x + x;
+    return b->first[level] + y * b->layout.levels[level].columns + x;
 }
 
 static struct blocks create_blocks(struct bd_multires_layout layout)
 {
     struct blocks b = {.layout = layout};
-    for (uint32_t k = 1; k < layout.size_px.z; k++)
-        b.first[k] = b.first[k - 1] + layout.levels[k - 1].x * layout.levels[k - 1].y;
+    for (uint32_t k = 1; k < layout.level_count; k++)
+        b.first[k] = b.first[k - 1] + layout.levels[k - 1].columns * layout.levels[k - 1].rows;
     size_t count = bd_multires_block_count(&layout);
     b.flags = allocate(count, sizeof *b.flags);
     b.representatives = allocate(count, sizeof *b.representatives);
@@ -64,11 +64,12 @@ static void read_stack(const struct bd_tex *tex, const struct blocks *b, uint32_
     struct bd_readback *readback;
     assert_int_equal(bd_gpu_readback_start(context.gpu, tex, 0, &readback, NULL), BD_ERR_OK);
     assert_int_equal(bd_gpu_readback_finish(context.gpu, &readback, stack, bytes), BD_ERR_OK);
-    for (uint32_t k = 1; k < b->layout.size_px.z; k++) {
-        const struct bd_uvec4 *level = &b->layout.levels[k];
-        for (uint32_t y = 0; y < level->y; y++)
-            memcpy(out + block_index(b, k, 0, y), stack + (size_t)(level->z + y) * desc->width_px,
-                   level->x * sizeof *out);
+    for (uint32_t k = 1; k < b->layout.level_count; k++) {
+        const struct bd_multires_level *level = &b->layout.levels[k];
+        for (uint32_t y = 0; y < level->rows; y++)
+            memcpy(out + block_index(b, k, 0, y),
+                   stack + (size_t)(level->first_row + y) * desc->width_px,
+                   level->columns * sizeof *out);
     }
     free(stack);
 }
@@ -82,11 +83,11 @@ uint32_t *stack_of_device(const struct blocks *b, const struct bd_tex *stack)
 
 static uint32_t children_of(const struct blocks *b, uint32_t level, uint32_t x, uint32_t y)
 {
-    const struct bd_uvec4 *finer = &b->layout.levels[level - 1];
+    const struct bd_multires_level *finer = &b->layout.levels[level - 1];
     uint32_t children = 0;
     for (uint32_t i = 0; i < 4; i++) {
         uint32_t cx = 2 * x + i % 2, cy = 2 * y + i / 2;
-        if (cx >= finer->x || cy >= finer->y) continue;
+        if (cx >= finer->columns || cy >= finer->rows) continue;
         if (b->flags[block_index(b, level - 1, cx, cy)] != BD_BLOCK_EMPTY) children |= 1u << i;
     }
     return children;
@@ -95,8 +96,8 @@ static uint32_t children_of(const struct blocks *b, uint32_t level, uint32_t x, 
 // Of a word its kind is kept; what it tells of the children is held to what those are.
 static void take_kinds(struct blocks *b, uint32_t level)
 {
-    for (uint32_t y = 0; y < b->layout.levels[level].y; y++)
-        for (uint32_t x = 0; x < b->layout.levels[level].x; x++) {
+    for (uint32_t y = 0; y < b->layout.levels[level].rows; y++)
+        for (uint32_t x = 0; x < b->layout.levels[level].columns; x++) {
             uint32_t *word = &b->flags[block_index(b, level, x, y)];
             assert_int_equal(BD_BLOCK_CHILDREN(*word), children_of(b, level, x, y));
             *word = BD_BLOCK_KIND(*word);
@@ -108,7 +109,7 @@ struct blocks blocks_of_device(const struct picture *p, const struct bd_disconti
     struct blocks b = create_blocks(d->layout);
     fill_pixels(p, &b);
     read_stack(d->flags, &b, b.flags);
-    for (uint32_t k = 1; k < b.layout.size_px.z; k++) take_kinds(&b, k);
+    for (uint32_t k = 1; k < b.layout.level_count; k++) take_kinds(&b, k);
     read_stack(d->representative, &b, b.representatives);
     return b;
 }
@@ -231,12 +232,12 @@ static uint32_t own_flag(const struct picture *p, const struct bd_discontinuity_
 static bool neighbour_jumps(const struct blocks *own, enum bd_neighbourhood neighbourhood,
                             uint32_t level, uint32_t bx, uint32_t by)
 {
-    const struct bd_uvec4 *size = &own->layout.levels[level];
+    const struct bd_multires_level *size = &own->layout.levels[level];
     for (int64_t y = (int64_t)by - 1; y <= (int64_t)by + 1; y++)
         for (int64_t x = (int64_t)bx - 1; x <= (int64_t)bx + 1; x++) {
             bool corner = x != bx && y != by;
             if (!corner && neighbourhood == BD_NEIGHBOURHOOD_DIAGONAL) continue;
-            if (x < 0 || y < 0 || x >= size->x || y >= size->y) continue;
+            if (x < 0 || y < 0 || x >= size->columns || y >= size->rows) continue;
             if (own->flags[block_index(own, level, (uint32_t)x, (uint32_t)y)] ==
                 BD_BLOCK_DISCONTINUOUS)
                 return true;
@@ -246,9 +247,9 @@ static bool neighbour_jumps(const struct blocks *own, enum bd_neighbourhood neig
 
 static bool child_jumps(const struct blocks *b, uint32_t level, uint32_t bx, uint32_t by)
 {
-    const struct bd_uvec4 *finer = &b->layout.levels[level - 1];
-    for (uint32_t y = 2 * by; y < 2 * by + 2 && y < finer->y; y++)
-        for (uint32_t x = 2 * bx; x < 2 * bx + 2 && x < finer->x; x++)
+    const struct bd_multires_level *finer = &b->layout.levels[level - 1];
+    for (uint32_t y = 2 * by; y < 2 * by + 2 && y < finer->rows; y++)
+        for (uint32_t x = 2 * bx; x < 2 * bx + 2 && x < finer->columns; x++)
             if (b->flags[block_index(b, level - 1, x, y)] == BD_BLOCK_DISCONTINUOUS) return true;
     return false;
 }
@@ -288,13 +289,13 @@ struct blocks blocks_by_definition(const struct picture *p,
         bd_multires_layout_of(p->size.width, p->size.height, s->coarsest_side);
     struct blocks own = create_blocks(layout), b = create_blocks(layout);
     fill_pixels(p, &b);
-    for (uint32_t k = 1; k < layout.size_px.z; k++) {
-        const struct bd_uvec4 *level = &layout.levels[k];
-        for (uint32_t y = 0; y < level->y; y++)
-            for (uint32_t x = 0; x < level->x; x++)
+    for (uint32_t k = 1; k < layout.level_count; k++) {
+        const struct bd_multires_level *level = &layout.levels[k];
+        for (uint32_t y = 0; y < level->rows; y++)
+            for (uint32_t x = 0; x < level->columns; x++)
                 own.flags[block_index(&own, k, x, y)] = own_flag(p, s, k, x, y);
-        for (uint32_t y = 0; y < level->y; y++)
-            for (uint32_t x = 0; x < level->x; x++)
+        for (uint32_t y = 0; y < level->rows; y++)
+            for (uint32_t x = 0; x < level->columns; x++)
                 settle_block(p, &own, s->neighbourhood, k, x, y, &b);
     }
     blocks_destroy(&own);

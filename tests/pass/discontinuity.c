@@ -8,9 +8,9 @@ static const struct picture_size sizes[] = {{1, 1}, {1, 7}, {9, 1}, {1, 64}, {17
 
 static void assert_monotone(const struct blocks *b)
 {
-    for (uint32_t k = 2; k < b->layout.size_px.z; k++)
-        for (uint32_t y = 0; y < b->layout.levels[k - 1].y; y++)
-            for (uint32_t x = 0; x < b->layout.levels[k - 1].x; x++)
+    for (uint32_t k = 2; k < b->layout.level_count; k++)
+        for (uint32_t y = 0; y < b->layout.levels[k - 1].rows; y++)
+            for (uint32_t x = 0; x < b->layout.levels[k - 1].columns; x++)
                 if (b->flags[block_index(b, k - 1, x, y)] == BD_BLOCK_DISCONTINUOUS)
                     assert_int_equal(b->flags[block_index(b, k, x / 2, y / 2)],
                                      BD_BLOCK_DISCONTINUOUS);
@@ -24,9 +24,9 @@ static bool same_block(const struct blocks *a, const struct blocks *b, uint32_t 
 
 static void assert_same(const struct blocks *found, const struct blocks *expected, const char *what)
 {
-    for (uint32_t k = 1; k < expected->layout.size_px.z; k++)
-        for (uint32_t y = 0; y < expected->layout.levels[k].y; y++)
-            for (uint32_t x = 0; x < expected->layout.levels[k].x; x++) {
+    for (uint32_t k = 1; k < expected->layout.level_count; k++)
+        for (uint32_t y = 0; y < expected->layout.levels[k].rows; y++)
+            for (uint32_t x = 0; x < expected->layout.levels[k].columns; x++) {
                 uint32_t i = block_index(expected, k, x, y);
                 if (!same_block(found, expected, i))
                     fail_msg("%s: level %u block %u %u: flag %u, pixel %x; expected %u, %x", what,

@@ -55,8 +55,8 @@ static void destroy_run(struct run *run)
 
 static bool is_fragment(const struct blocks *b, uint32_t level, uint32_t x, uint32_t y)
 {
-    if (x >= b->layout.levels[level].x || y >= b->layout.levels[level].y) return false;
-    bool coarsest = level + 1 == b->layout.size_px.z;
+    if (x >= b->layout.levels[level].columns || y >= b->layout.levels[level].rows) return false;
+    bool coarsest = level + 1 == b->layout.level_count;
     return b->flags[block_index(b, level, x, y)] == BD_BLOCK_SMOOTH &&
            (coarsest ||
             b->flags[block_index(b, level + 1, x / 2, y / 2)] == BD_BLOCK_DISCONTINUOUS);
@@ -74,10 +74,10 @@ static void list_tile(const struct blocks *b, uint32_t level, uint32_t column, u
 static uint32_t list_by_definition(const struct blocks *b, uint32_t *list, uint32_t *level_first)
 {
     uint32_t count = 0;
-    for (uint32_t k = b->layout.size_px.z; k-- > 0;) {
+    for (uint32_t k = b->layout.level_count; k-- > 0;) {
         level_first[k] = count;
-        for (uint32_t row = 0; row * 8 < b->layout.levels[k].y; row++)
-            for (uint32_t column = 0; column * 8 < b->layout.levels[k].x; column++)
+        for (uint32_t row = 0; row * 8 < b->layout.levels[k].rows; row++)
+            for (uint32_t column = 0; column * 8 < b->layout.levels[k].columns; column++)
                 list_tile(b, k, column, row, list, &count);
     }
     return count;
@@ -130,7 +130,7 @@ static void assert_dispatch(const struct bd_fragments *fragments)
 static void assert_levels(const struct bd_fragments *fragments, const uint32_t *level_first)
 {
     uint32_t end = fragments->count;
-    for (uint32_t k = 0; k < fragments->layout.size_px.z; k++) {
+    for (uint32_t k = 0; k < fragments->layout.level_count; k++) {
         assert_int_equal(fragments->level_first[k], level_first[k]);
         assert_int_equal(fragments->level_count[k], end - level_first[k]);
         end = level_first[k];
@@ -243,7 +243,7 @@ static void a_long_list(void **state)
     bd_tex_clear(context.gpu, p.gbuffer.material, lit);
     const struct bd_discontinuity_settings settings = {.coarsest_side = 2304};
     struct run run = run_passes(&p, &settings, BD_REFINEMENT_ONE_PASS);
-    assert_int_equal(run.fragments->layout.size_px.z, 1);
+    assert_int_equal(run.fragments->layout.level_count, 1);
     assert_int_equal(run.fragments->count, pixels);
     assert_dispatch(run.fragments);
     for (size_t i = 0; i < pixels; i++) {

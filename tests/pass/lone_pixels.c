@@ -36,8 +36,8 @@ static double best_agreement(const struct picture *p, const struct blocks *b, ui
         seen[i] = -INFINITY;
         int64_t px = (int64_t)(x / 2) + side_x * steps[i][0];
         int64_t py = (int64_t)(y / 2) + side_y * steps[i][1];
-        const struct bd_uvec4 *size = &b->layout.levels[level + 1];
-        if (px < 0 || py < 0 || px >= size->x || py >= size->y) continue;
+        const struct bd_multires_level *size = &b->layout.levels[level + 1];
+        if (px < 0 || py < 0 || px >= size->columns || py >= size->rows) continue;
         uint32_t parent = block_index(b, level + 1, (uint32_t)px, (uint32_t)py);
         if (b->flags[parent] == BD_BLOCK_EMPTY) continue;
         seen[i] = agreement(here, point_of(p, b->representatives[parent]));
@@ -88,11 +88,11 @@ static uint8_t *fragment_marks(const struct blocks *b, const struct bd_fragments
 // the finest level or above.
 static void assert_covered_once(const struct blocks *b, const uint8_t *marks, uint32_t finest)
 {
-    for (uint32_t y = 0; y < b->layout.levels[0].y; y++)
-        for (uint32_t x = 0; x < b->layout.levels[0].x; x++) {
+    for (uint32_t y = 0; y < b->layout.levels[0].rows; y++)
+        for (uint32_t x = 0; x < b->layout.levels[0].columns; x++) {
             if (b->flags[block_index(b, 0, x, y)] == BD_BLOCK_EMPTY) continue;
             uint32_t count = 0;
-            for (uint32_t k = finest; k < b->layout.size_px.z; k++)
+            for (uint32_t k = finest; k < b->layout.level_count; k++)
                 count += marks[block_index(b, k, x >> k, y >> k)];
             if (count != 1) fail_msg("pixel %u %u is in %u fragments", x, y, count);
         }
@@ -103,8 +103,8 @@ static void assert_marks(const struct picture *p, const struct blocks *b, const 
 {
     assert_covered_once(b, marks, finest);
     for (uint32_t k = 0; k < finest; k++)
-        for (uint32_t y = 0; y < b->layout.levels[k].y; y++)
-            for (uint32_t x = 0; x < b->layout.levels[k].x; x++)
+        for (uint32_t y = 0; y < b->layout.levels[k].rows; y++)
+            for (uint32_t x = 0; x < b->layout.levels[k].columns; x++)
                 assert_block(p, b, finest, k, x, y, marks[block_index(b, k, x, y)], tally);
 }
 
@@ -120,7 +120,7 @@ static void check(const struct picture *p, const struct bd_discontinuity_setting
     struct blocks b = blocks_of_device(p, discontinuity);
     uint8_t *marks = fragment_marks(&b, fragments);
     uint32_t finest = settings->finest_level;
-    if (finest >= b.layout.size_px.z) finest = b.layout.size_px.z - 1;
+    if (finest >= b.layout.level_count) finest = b.layout.level_count - 1;
     assert_marks(p, &b, marks, finest, tally);
     free(marks);
     blocks_destroy(&b);

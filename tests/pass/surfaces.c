@@ -33,8 +33,8 @@ struct place {
 static bool exists(const struct run *run, struct place at)
 {
     const struct bd_multires_layout *layout = &run->blocks.layout;
-    return at.level < layout->size_px.z && at.x >= 0 && at.y >= 0 &&
-           at.x < layout->levels[at.level].x && at.y < layout->levels[at.level].y;
+    return at.level < layout->level_count && at.x >= 0 && at.y >= 0 &&
+           at.x < layout->levels[at.level].columns && at.y < layout->levels[at.level].rows;
 }
 
 static uint32_t index_of(const struct run *run, struct place at)
@@ -90,8 +90,9 @@ static bool is_whole(const struct run *run, struct place at)
         struct place child = {at.level - 1, 2 * at.x + i % 2, 2 * at.y + i / 2};
         whole = whole && kind_of(run, child) != BD_BLOCK_EMPTY;
     }
-    const struct bd_uvec4 *size = &run->blocks.layout.size_px;
-    return whole && (at.x + 2) << at.level <= size->x && (at.y + 2) << at.level <= size->y;
+    const struct bd_multires_layout *layout = &run->blocks.layout;
+    return whole && (at.x + 2) << at.level <= layout->width_px &&
+           (at.y + 2) << at.level <= layout->height_px;
 }
 
 // Above 0: the eight around a block are of its surface.
@@ -187,9 +188,9 @@ static void assert_children(const struct run *run, struct place at)
 static void assert_all(const struct run *run)
 {
     const struct bd_multires_layout *layout = &run->blocks.layout;
-    for (uint32_t k = 1; k < layout->size_px.z; k++)
-        for (uint32_t y = 0; y < layout->levels[k].y; y++)
-            for (uint32_t x = 0; x < layout->levels[k].x; x++) {
+    for (uint32_t k = 1; k < layout->level_count; k++)
+        for (uint32_t y = 0; y < layout->levels[k].rows; y++)
+            for (uint32_t x = 0; x < layout->levels[k].columns; x++) {
                 struct place at = {k, x, y};
                 assert_block(run, at);
                 if (run->children[index_of(run, at)]) assert_children(run, at);
@@ -214,7 +215,7 @@ static void read_lists(struct run *run, const struct bd_surfaces *surfaces)
     assert_non_null(run->children);
     run->bits = read_buf(surfaces->children);
     uint32_t *outer = read_buf(surfaces->outer);
-    for (uint32_t k = 1; k < b->layout.size_px.z; k++)
+    for (uint32_t k = 1; k < b->layout.level_count; k++)
         for (uint32_t i = 0; i < surfaces->outer_count[k]; i++) {
             uint32_t packed = outer[surfaces->outer_first[k] + i];
             uint32_t at = block_index(b, k, BD_PIXEL_X(packed), BD_PIXEL_Y(packed));

@@ -24,10 +24,10 @@ void add_child(inout measures m, ivec2 child)
 
 void main()
 {
-    uvec4 level = args.multires.levels[args.level];
+    bd_multires_level level = args.multires.levels[args.level];
     uvec2 block = gl_GlobalInvocationID.xy + uvec2(0u, args.first_row);
     if (gl_GlobalInvocationID.y >= args.row_count || !multires_has(level, block)) return;
-    uvec4 finer = args.multires.levels[args.level - 1u];
+    bd_multires_level finer = args.multires.levels[args.level - 1u];
     measures m = MEASURES_OF_NOTHING;
     uint word = 0u;
     bool below = false;

@@ -11,7 +11,7 @@ layout(std140, binding = BD_UNIFORM_ARGS) uniform args_block { bd_discontinuity_
 layout(binding = BD_UNIT_OWN_TESTS) uniform usampler2D own_tests;
 layout(binding = BD_IMAGE_WORDS, r32ui) uniform uimage2D flags;
 
-bool jumps(uvec4 level, uvec2 block)
+bool jumps(bd_multires_level level, uvec2 block)
 {
     if (!multires_has(level, block)) return false;
     return BD_BLOCK_KIND(texelFetch(own_tests, multires_texel(level, block), 0).x) == BD_BLOCK_DISCONTINUOUS;
@@ -20,7 +20,7 @@ bool jumps(uvec4 level, uvec2 block)
 const ivec2 NEIGHBOURS[8] = ivec2[8](ivec2(-1, -1), ivec2(1, -1), ivec2(-1, 1), ivec2(1, 1),
                                      ivec2(0, -1), ivec2(-1, 0), ivec2(1, 0), ivec2(0, 1));
 
-bool neighbour_jumps(uvec4 level, uvec2 block)
+bool neighbour_jumps(bd_multires_level level, uvec2 block)
 {
     bool found = false;
     // Beyond the first row or column the number wraps, and the level has no such block.
@@ -31,7 +31,7 @@ bool neighbour_jumps(uvec4 level, uvec2 block)
 
 bool child_is_discontinuous(uvec2 block)
 {
-    uvec4 finer = args.multires.levels[args.level - 1u];
+    bd_multires_level finer = args.multires.levels[args.level - 1u];
     uint children = args.level > 1u ? 4u : 0u; // pixels are not
     bool found = false;
     for (uint i = 0u; i < children; i++) {
@@ -45,7 +45,7 @@ bool child_is_discontinuous(uvec2 block)
 
 void main()
 {
-    uvec4 level = args.multires.levels[args.level];
+    bd_multires_level level = args.multires.levels[args.level];
     uvec2 block = gl_GlobalInvocationID.xy + uvec2(0u, args.first_row);
     if (gl_GlobalInvocationID.y >= args.row_count || !multires_has(level, block)) return;
     ivec2 texel = multires_texel(level, block);

@@ -43,7 +43,7 @@ bool is_member(ivec2 pixel)
 // Of a block of the level, from 1 on, or of a place where it has none.
 uint word_of(uint level, uvec2 block)
 {
-    uvec4 size = args.multires.levels[level];
+    bd_multires_level size = args.multires.levels[level];
     return multires_has(size, block) ? texelFetch(flags, multires_texel(size, block), 0).x : BD_BLOCK_EMPTY;
 }
 
@@ -72,7 +72,7 @@ bool is_reached(uint level, uvec2 block)
 bool is_split(uint level, uvec2 block, uint word)
 {
     if (level <= args.finest_level) return false; // its blocks are whole, whatever they hold
-    if (level == args.multires.size_px.z) return true; // the coarsest level's blocks have no parent
+    if (level == args.multires.level_count) return true; // the coarsest level's blocks have no parent
     return BD_BLOCK_KIND(word) == BD_BLOCK_DISCONTINUOUS && is_reached(level, block);
 }
 
@@ -150,7 +150,7 @@ void main()
     for (uint parent = 0u; parent < 8u; parent++) {
         uvec2 in_half = 2u * uvec2(parent % 4u, parent / 4u);
         uvec2 block = (first + in_half) / 2u;
-        uint word = level + 1u < args.multires.size_px.z ? word_of(level + 1u, block) : BD_BLOCK_EMPTY;
+        uint word = level + 1u < args.multires.level_count ? word_of(level + 1u, block) : BD_BLOCK_EMPTY;
         if (!is_split(level + 1u, block, word)) continue;
         for (uint i = 0u; i < 4u; i++) {
             uvec2 at = in_half + uvec2(i & 1u, i >> 1u);

@@ -13,8 +13,8 @@ layout(std430, binding = BD_STORAGE_FRAGMENT_DISPATCH) writeonly buffer dispatch
 void main()
 {
     uint level = gl_LocalInvocationIndex;
-    if (level < args.multires.size_px.z)
-        summary.first[level] = uvec4(fragments_before(args.tiles[level].z), 0u, 0u, 0u);
+    if (level < args.multires.level_count)
+        summary.first[level] = fragments_before(args.tiles[level].first_word);
     if (level > 0u) return;
     uint count = fragment_count(), groups = (count + BD_FRAGMENT_GROUP - 1u) / BD_FRAGMENT_GROUP;
     summary.fragment_count = count;

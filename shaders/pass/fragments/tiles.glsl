@@ -12,16 +12,16 @@ uint item_index() { return args.first_item + gl_GlobalInvocationID.x; }
 uint level_of_tile(uint tile)
 {
     uint level = 0u;
-    while (tile < args.tiles[level].x) level++;
+    while (tile < args.tiles[level].first) level++;
     return level;
 }
 
 // Where a block's bit is.
 uint half_tile_of(uint level, uvec2 block)
 {
-    uvec4 tiles = args.tiles[level];
+    bd_fragment_tiles tiles = args.tiles[level];
     uvec2 tile = block / BD_FRAGMENT_TILE_SIDE;
-    return 2u * (tiles.x + tile.y * tiles.y + tile.x) + block.y % BD_FRAGMENT_TILE_SIDE / 4u;
+    return 2u * (tiles.first + tile.y * tiles.columns + tile.x) + block.y % BD_FRAGMENT_TILE_SIDE / 4u;
 }
 
 uint bit_of(uvec2 block) { return 8u * (block.y % 4u) + block.x % BD_FRAGMENT_TILE_SIDE; }
@@ -29,8 +29,8 @@ uint bit_of(uvec2 block) { return 8u * (block.y % 4u) + block.x % BD_FRAGMENT_TI
 // The block of bit 0 of a half tile.
 uvec2 first_block(uint level, uint half_tile)
 {
-    uvec4 tiles = args.tiles[level];
-    uint at = (half_tile >> 1u) - tiles.x, row = at / tiles.y;
-    return uvec2(at - row * tiles.y, row) * BD_FRAGMENT_TILE_SIDE +
+    bd_fragment_tiles tiles = args.tiles[level];
+    uint at = (half_tile >> 1u) - tiles.first, row = at / tiles.columns;
+    return uvec2(at - row * tiles.columns, row) * BD_FRAGMENT_TILE_SIDE +
            uvec2(0u, (half_tile & 1u) * (BD_FRAGMENT_TILE_SIDE / 2u));
 }

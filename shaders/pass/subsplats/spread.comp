@@ -15,11 +15,11 @@ layout(binding = BD_IMAGE_GLOSSY, rgba32f) writeonly uniform image2D glossy;
 void main()
 {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, args.first_row);
-    if (gl_GlobalInvocationID.y >= args.row_count || pixel.x >= int(multires.size_px.x)) return;
+    if (gl_GlobalInvocationID.y >= args.row_count || pixel.x >= int(multires.width_px)) return;
     receiver r = gbuffer_receiver(pixel);
     vec4 sum = imageLoad(fine, pixel);
     bool member = r.lit && has_glossy_lobe(r.metallic, r.roughness);
-    uint levels = member ? multires.size_px.z : 0u;
+    uint levels = member ? multires.level_count : 0u;
     for (uint level = 1u; level < levels; level++) {
         ivec2 block = pixel >> int(level), at = in_stack(level, block);
         vec2 from_centre = vec2(pixel) + 0.5 - centre_of_block(level, block);

@@ -7,14 +7,14 @@ layout(binding = BD_UNIT_BLOCK_FLAGS) uniform usampler2D flags;
 layout(binding = BD_UNIT_BLOCK_REPRESENTATIVE) uniform usampler2D representative;
 
 // As in the texture of flags, of levels from 1 on; that of an empty block where there is none.
-uint flags_of(uvec4 level, ivec2 block)
+uint flags_of(bd_multires_level level, ivec2 block)
 {
     if (!multires_has(level, uvec2(block))) return BD_BLOCK_EMPTY;
     return texelFetch(flags, multires_texel(level, uvec2(block)), 0).x;
 }
 
 // Of a block that is not empty.
-receiver receiver_of(uvec4 level, ivec2 block)
+receiver receiver_of(bd_multires_level level, ivec2 block)
 {
     uint pixel = BD_PIXEL_PACK(uint(block.x), uint(block.y));
     if (multires_number(level) > 0u) pixel = texelFetch(representative, multires_texel(level, uvec2(block)), 0).x;

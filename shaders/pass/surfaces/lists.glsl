@@ -8,7 +8,7 @@ layout(std140, binding = BD_UNIFORM_ARGS) uniform args_block { bd_surfaces_args 
 layout(std430, binding = BD_STORAGE_SURFACE_COUNTS) buffer count_block { uvec2 counts[]; };
 
 // Blocks that are not split hold light whatever is in them.
-bool holds_light(uvec4 level, uint kind)
+bool holds_light(bd_multires_level level, uint kind)
 {
     return kind == BD_BLOCK_SMOOTH || (kind == BD_BLOCK_DISCONTINUOUS && multires_number(level) <= args.finest_level);
 }

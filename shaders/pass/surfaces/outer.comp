@@ -30,7 +30,7 @@ bool all_around(ivec2 block)
 // by the picture's edge.
 bool is_inner(ivec2 block)
 {
-    bool uncut = all(lessThanEqual(uvec2(block + 2) << multires_number(args.level), args.size_px.xy));
+    bool uncut = all(lessThanEqual(uvec2(block + 2) << multires_number(args.level), uvec2(args.width_px, args.height_px)));
     uint flag = texelFetch(flags, multires_texel(args.level, uvec2(block)), 0).x;
     bool whole = BD_BLOCK_KIND(flag) == BD_BLOCK_SMOOTH && BD_BLOCK_CHILDREN(flag) == 15u;
     return uncut && whole && all_around(block);

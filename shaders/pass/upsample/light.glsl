@@ -33,7 +33,7 @@ struct light {
     float state;
 };
 
-light stacked_light(uvec4 level, ivec2 block)
+light stacked_light(bd_multires_level level, ivec2 block)
 {
     ivec2 at = multires_texel(level, uvec2(block));
     vec4 e = imageLoad(coarse, at);

@@ -19,13 +19,13 @@ static uint32_t blocks_of(uint32_t size_px, uint32_t k)
 static void assert_levels(const struct bd_multires_layout *layout, uint32_t width, uint32_t height,
                           uint32_t coarsest_side)
 {
-    uint32_t count = layout->size_px.z;
-    assert_int_equal(layout->size_px.x, width);
-    assert_int_equal(layout->size_px.y, height);
+    uint32_t count = layout->level_count;
+    assert_int_equal(layout->width_px, width);
+    assert_int_equal(layout->height_px, height);
     assert_in_range(count, 1, BD_MULTIRES_LEVEL_MAX);
     for (uint32_t k = 0; k < count; k++) {
-        assert_int_equal(layout->levels[k].x, blocks_of(width, k));
-        assert_int_equal(layout->levels[k].y, blocks_of(height, k));
+        assert_int_equal(layout->levels[k].columns, blocks_of(width, k));
+        assert_int_equal(layout->levels[k].rows, blocks_of(height, k));
         // The last level and no other is as coarse as was asked for.
         bool coarse = max_of(blocks_of(width, k), blocks_of(height, k)) <= coarsest_side;
         assert_int_equal(coarse, k + 1 == count);
@@ -35,17 +35,17 @@ static void assert_levels(const struct bd_multires_layout *layout, uint32_t widt
 static void assert_stack(const struct bd_multires_layout *layout)
 {
     uint32_t width, height, rows = 0;
-    uint64_t blocks = (uint64_t)layout->size_px.x * layout->size_px.y;
+    uint64_t blocks = (uint64_t)layout->width_px * layout->height_px;
     bd_multires_stack_size(layout, &width, &height);
-    for (uint32_t k = 1; k < layout->size_px.z; k++) {
-        assert_int_equal(layout->levels[k].z, rows);
-        assert_true(layout->levels[k].x <= width);
-        rows += layout->levels[k].y;
-        blocks += (uint64_t)layout->levels[k].x * layout->levels[k].y;
+    for (uint32_t k = 1; k < layout->level_count; k++) {
+        assert_int_equal(layout->levels[k].first_row, rows);
+        assert_true(layout->levels[k].columns <= width);
+        rows += layout->levels[k].rows;
+        blocks += (uint64_t)layout->levels[k].columns * layout->levels[k].rows;
     }
-    assert_int_equal(layout->levels[0].z, 0);
+    assert_int_equal(layout->levels[0].first_row, 0);
     assert_int_equal(height, max_of(rows, 1));
-    assert_int_equal(width, layout->size_px.z > 1 ? layout->levels[1].x : 1);
+    assert_int_equal(width, layout->level_count > 1 ? layout->levels[1].columns : 1);
     assert_in_range(height, 1, 16384);
     assert_true(bd_multires_block_count(layout) == blocks);
 }
@@ -80,7 +80,7 @@ static void the_largest_picture_is_as_on_paper(void **state)
     uint32_t width, height;
     struct bd_multires_layout layout = bd_multires_layout_of(16384, 16384, 1);
     bd_multires_stack_size(&layout, &width, &height);
-    assert_int_equal(layout.size_px.z, 15);
+    assert_int_equal(layout.level_count, 15);
     assert_int_equal(width, 8192);
     assert_int_equal(height, 16383);
     assert_true(bd_multires_block_count(&layout) == 357913941); // (4^15 - 1) / 3
