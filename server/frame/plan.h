@@ -29,8 +29,7 @@ struct bd_plan {
     bool rig_yields;      // the default lights do, to what else shines
     bool area_lights;     // some surface emits or some sky shines, and lights
     bool emitters, sky;   // which of them
-    bool
-        light_paths; // surfaces send that on, punctual lights' light by rays, or any more than once
+    bool light_paths;     // surfaces send that on, what has no maps, or any more than once
     bool final_gather;    // the technique has one: there are light paths, in two sets
     uint32_t bounces;     // of indirect light
     bool indirect;        // the technique's indirect light runs

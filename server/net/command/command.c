@@ -104,7 +104,7 @@ void bd_command_tick(const struct bd_commands *commands)
     }
 }
 
-// One in the queue of edits comes to its own end, as another's turn begins with it.
+// A command in the queue of edits ends at its own step: the next edit's turn begins with that end.
 void bd_command_cancel(struct bd_command *command)
 {
     if (command->place.is_queued)

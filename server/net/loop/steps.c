@@ -82,11 +82,12 @@ void bd_steps_finish(struct bd_steps *steps)
     steps->branch = none;
 }
 
-// Whoever fails says why; what only knows that it failed has a word put in for it.
+// A step says why it failed; a failure without words of its own has some put in.
 void bd_steps_record(struct bd_steps *steps, enum bd_err err)
 {
     struct bd_err_detail *detail = &steps->detail;
-    if (err && detail->err != err) bd_err_set(detail, err, "", "it ended: %s", bd_err_name(err));
+    if (err && detail->err != err)
+        bd_err_set(detail, err, "", "the request ended: %s", bd_err_name(err));
     detail->err = err;
 }
 

@@ -35,7 +35,7 @@ struct bd_step_executor {
     // True: the step ran here and is over. False: it comes back by bd_steps_back, or may be over,
     // and its memory gone, already.
     bool (*begin)(struct bd_steps *steps);
-    // Whoever waits for the step wants it no more. True: it had not begun, and will not come back.
+    // The step is not wanted any more. True: it had not begun, and will not come back.
     // NULL: what has begun cannot be stopped.
     bool (*stop)(struct bd_steps *steps);
 };
@@ -92,11 +92,11 @@ struct bd_steps {
 
 #define BD_STEPS_OWNER(pointer, type, member) ((type *)((char *)(pointer)-offsetof(type, member)))
 
-// Begins a list. It may end before this returns.
+// Begins a list, which may end before this returns.
 void bd_steps_begin(struct bd_steps *steps, const struct bd_step *first);
 
-// Nobody wants it any more: ends before the next step, or now where the executor can still take the
-// step back (bd_step_executor.stop).
+// The work is not wanted any more: it ends before the next step, or now where the executor can
+// still take the step back (bd_step_executor.stop).
 void bd_steps_cancel(struct bd_steps *steps);
 
 // For a step's own function, wherever it runs: the work goes on with another list, or ends behind
