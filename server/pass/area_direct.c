@@ -22,7 +22,7 @@
 #define UNITS_PER_RAY 60.0
 // Of a punctual light's ray, which is traced too, and a pixel that punctual lights light.
 #define UNITS_PER_PUNCTUAL_RAY 200.0
-#define UNITS_PER_LIT      500.0
+#define UNITS_PER_LIT          500.0
 // Pixels along a side of a block that punctual lights are found for.
 #define BLOCK_SIDE 8u
 

@@ -32,10 +32,10 @@ struct bd_area_direct_inputs {
     const struct bd_gpu_scene *scene;
     const struct bd_viewpoint *viewpoint;
     const struct bd_gbuffer *gbuffer;
-    const struct bd_area_lights *lights;    // NULL: none
+    const struct bd_area_lights *lights;      // NULL: none
     const struct bd_punctual_tree *punctuals; // NULL: none, or others have their light
-    struct bd_visibility_inputs visibility; // of the processor
-    uint32_t rays;                          // of a pixel: even, 2 to BD_LIGHT_RAYS_MAX
+    struct bd_visibility_inputs visibility;   // of the processor
+    uint32_t rays;                            // of a pixel: even, 2 to BD_LIGHT_RAYS_MAX
     uint64_t seed;
     bool lambert;
     bool filtered;

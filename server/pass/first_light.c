@@ -15,7 +15,7 @@
 // Places whose rays are on their way at once.
 #define AT_ONCE 16384u
 // Of the slicer, one for each evaluation of a VPL.
-#define UNITS_PER_PLACE 300.0
+#define UNITS_PER_PLACE    300.0
 #define UNITS_PER_PUNCTUAL 4.0
 // Numbers that nobody else of a frame draws by its seed.
 #define OF_PUNCTUALS 0x6c616d70u

@@ -18,7 +18,7 @@
 #define PHOTONS_TO_PAUSE 8192u
 // Numbers that nobody else of a frame draws by its seed.
 #define OF_PUNCTUALS 0x766c616du
-#define OF_EMITTERS 0x76656d69u
+#define OF_EMITTERS  0x76656d69u
 
 struct photons {
     const struct bd_pass_context *context;

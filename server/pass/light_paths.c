@@ -19,7 +19,7 @@
 // Photons of punctual lights are as many as points, and more of them tell little: 8,192 VPLs of 256
 // spots in Sponza, 12.9 and 12.0 % of the indirect light, 285 and 150 ms.
 #define POINTS_MOST_OF_PUNCTUALS 65536u
-#define RAYS_PER_POINT       4u
+#define RAYS_PER_POINT           4u
 // Of those that a final gather asks for.
 #define POINTS_PER_WALK_VPL 4u
 // Points whose rays are on their way at once.

@@ -46,7 +46,7 @@
 struct bd_light_paths_inputs {
     const struct bd_gpu_scene *scene;
     const struct bd_scene *snapshot;
-    const struct bd_area_lights *lights;  // NULL: none
+    const struct bd_area_lights *lights;      // NULL: none
     const struct bd_light_uniform *punctuals; // for `reflections` and `punctuals_fall`
     uint32_t punctual_count;
     bool punctuals_fall;  // no maps hold where their light first falls

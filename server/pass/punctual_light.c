@@ -135,8 +135,8 @@ struct choice {
     uint32_t count, punctual_count;      // punctual lights come first
     uint32_t place[BD_PUNCTUAL_CUT_MAX]; // in the cut
     float weight[BD_PUNCTUAL_CUT_MAX];   // 0 of what is asked for sure
-    uint32_t rays;                   // that are left for others
-    float left;                      // weight of those
+    uint32_t rays;                       // that are left for others
+    float left;                          // weight of those
 };
 
 static float sum_of(const struct choice *c)

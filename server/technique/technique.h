@@ -119,10 +119,10 @@ struct bd_technique_inputs {
                                                 // and light paths' (pass/light_paths.h)
     const struct bd_vpl_tree *const *vpl_trees; // BD_INPUT_VPL_TREE; one a list
     uint32_t list_count;
-    const struct bd_vpl_list *vpls_in_order;      // of all lists, where some are chosen; else NULL
-    const struct bd_light_paths *light_paths;     // BD_INPUT_FINAL_GATHER
-    const struct bd_first_light *first_light;     // likewise
-    const struct bd_irradiance_cells *cells;      // of sub-frames that share: the first one's
+    const struct bd_vpl_list *vpls_in_order;  // of all lists, where some are chosen; else NULL
+    const struct bd_light_paths *light_paths; // BD_INPUT_FINAL_GATHER
+    const struct bd_first_light *first_light; // likewise
+    const struct bd_irradiance_cells *cells;  // of sub-frames that share: the first one's
     const struct bd_scene *snapshot;
     const struct bd_occluders *occluders; // indirect_visibility=rays
     struct bd_pool *pool;                 // for them

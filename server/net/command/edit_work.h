@@ -27,8 +27,8 @@ struct bd_edit_work {
     enum bd_batch_kind kind;
     bool is_mine; // undo and redo: of the author alone
     uint64_t of, head_revision;
-    const char *message;    // borrowed from the request; NULL: none
-    uint64_t base_revision; // that the request was made for; 0: any
+    const char *message;              // borrowed from the request; NULL: none
+    uint64_t base_revision;           // that the request was made for; 0: any
     struct bd_err_detail read_detail; // of what was read for a head that may have moved since
 
     struct bd_scene *base; // what is read beside the loop is read for this

@@ -165,4 +165,5 @@ static bool drop_waiting(struct bd_steps *steps)
     return bd_background_drop(&steps->background);
 }
 
-const struct bd_step_executor bd_on_background = {.begin = begin_in_background, .stop = drop_waiting};
+const struct bd_step_executor bd_on_background = {.begin = begin_in_background,
+                                                  .stop = drop_waiting};

@@ -3,11 +3,11 @@
 // the loop, and there, in one place, looks whether the work has failed, was cancelled, is to stop
 // with the daemon, or is over.
 //
-// Executors of loop/ are here; those of the journal, of a scene's turn and of the disk are in commit/,
-// that of frames in live/.
+// Executors of loop/ are here; those of the journal, of a scene's turn and of the disk are in
+// commit/, that of frames in live/.
 //
-// Thread: the event loop's, but for a step's own function and bd_steps_run, which the executor calls
-// where it runs, and `cancelled`, which is for both.
+// Thread: the event loop's, but for a step's own function and bd_steps_run, which the executor
+// calls where it runs, and `cancelled`, which is for both.
 
 #ifndef BD_NET_LOOP_STEPS_H
 #define BD_NET_LOOP_STEPS_H
@@ -64,8 +64,8 @@ struct bd_steps_kind {
     enum bd_err (*run)(struct bd_steps *steps); // the step's function for this kind
     // Once, behind the last step or with steps->detail: may free the steps, or begin them anew.
     void (*end)(struct bd_steps *steps);
-    void (*tell)(struct bd_steps *steps, const char *stage);    // NULL: nobody wants to know
-    bool (*is_past_cancel)(const struct bd_steps *steps);       // NULL: never
+    void (*tell)(struct bd_steps *steps, const char *stage); // NULL: nobody wants to know
+    bool (*is_past_cancel)(const struct bd_steps *steps);    // NULL: never
     bool stops_with_daemon; // its next step is not begun once the daemon takes no new work
 };
 
@@ -79,7 +79,7 @@ struct bd_steps {
     struct bd_job *job;          // of bd_on_render: what the step submits; the owner's to release
 
     struct bd_err_detail detail; // .err: why it ends before its last step
-    atomic_bool cancelled; // looked at beside the loop, too
+    atomic_bool cancelled;       // looked at beside the loop, too
 
     // The runner's and the executors'.
     const struct bd_step *step;   // under way, or the next
