@@ -182,8 +182,8 @@ def test_a_file_in_an_edit_is_a_job(start):
     client.close()
 
 
-def post(path, body, *more):
-    head = (f"POST {path} HTTP/1.1", "Host: 127.0.0.1", "Content-Type: application/json", f"Content-Length: {len(body)}", *more)
+def post(path, body):
+    head = (f"POST {path} HTTP/1.1", "Host: 127.0.0.1", "Content-Type: application/json", f"Content-Length: {len(body)}")
     return "\r\n".join(head).encode() + b"\r\n\r\n" + body
 
 

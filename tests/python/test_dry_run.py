@@ -30,7 +30,8 @@ def states(frame):
     ("many_light", {"vpls": 256, "walk_vpls": 256, "cache_cells": 256}),
     ("multires_gather", {"lamps": "rays", "light_rays": 2}), ("hisr", {"lamps": "rays", "indirect_bounces": 2, "vpls": 1024})])
 def test_the_renderer_does_what_the_dry_run_said(daemon, technique, parameters):
-    maps = {"shadow_size": 64} if technique == "direct" else {} if technique == "many_light" else SMALL_MAPS
+    (read,) = ({p["key"] for p in t["parameters"]} for t in daemon.techniques() if t["name"] == technique)
+    maps = {key: side for key, side in SMALL_MAPS.items() if key in read}
     look = {**LOOK, "technique": technique, "parameters": {**maps, **parameters}}
     scene = daemon.scenes.add(SCENES / "two_lights.glb")
     objects = scene.objects()
