@@ -40,7 +40,8 @@ class Session:
         self.techniques = {t.name: t for t in techniques.registered(daemon)}
         self.store = Store(asked.output)
         self.figures = [load_figure(name) for name in asked.figures]
-        self.origin = {"command": shlex.join(["redraw.py", *words]), "machine": machine(),
+        places = {str(asked.build): "BUILD", str(asked.scenes): "SCENES"}
+        self.origin = {"command": shlex.join(["redraw.py", *(places.get(w, w) for w in words)]), "machine": machine(),
                        "shrink": asked.shrink}
         self.device = None  # what reports say of it, and of the build; the first scene asks
         self.failed = False
