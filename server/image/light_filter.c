@@ -40,6 +40,7 @@ struct bd_light_filter {
     struct bd_light_filter_inputs inputs;
     int width, height;
     uint32_t level_count;
+    float variance_part; // of the noise's, that edges may drown in
     float scale; // a power of two near 1 / the mean: how bright it is costs no digits
     bool is_needed;
     float *planes; // PLANE_COUNT, row by row
@@ -94,6 +95,7 @@ enum bd_err bd_light_filter_create(const struct bd_light_filter_inputs *inputs,
     f->height = (int)light->height_px;
     f->level_count = inputs->level_count ? inputs->level_count : level_count_of(light->height_px);
     BD_ASSERT_CMP(f->level_count, <=, LEVELS_MAX);
+    f->variance_part = inputs->variance_part > 0 ? inputs->variance_part : 1;
     look_at_light(f);
     if (f->is_needed)
         f->planes = bd_huge_pages_alloc(PLANE_COUNT * (size_t)f->width * (size_t)f->height *
@@ -284,7 +286,8 @@ static void measure_noise(struct bd_light_filter *f, uint32_t level, int y, floa
                 weights[x] += weight[x];
             }
         }
-    for (int x = 0; x < f->width; x++) variance[x] = weights[x] > 0 ? sum[x] / weights[x] : 0;
+    for (int x = 0; x < f->width; x++)
+        variance[x] = weights[x] > 0 ? f->variance_part * sum[x] / weights[x] : 0;
 }
 
 // Adds to one half what the tap looks at, weighed by the strength of the other one.
@@ -426,7 +429,7 @@ static void doubt_pixel(const struct bd_light_filter *f, int x, int y, float out
         const float smooth_a = half[0][c] * scale, smooth_b = half[1][c] * scale;
         const float before = 0.5f * (a[c] - b[c]), left = 0.5f * (smooth_a - smooth_b);
         out[c] = left;
-        out[3] += BLUR_SHARE / 3 * (before * before - left * left);
+        out[3] += f->variance_part * (BLUR_SHARE / 3) * (before * before - left * left);
     }
 }
 

@@ -69,8 +69,10 @@ static void drop(struct picture *p)
 
 static struct bd_light_filter_inputs inputs_of(const struct picture *p)
 {
-    return (struct bd_light_filter_inputs){
-        {p->half[0], p->half[1]}, p->albedo, p->normal, p->depth, 0};
+    return (struct bd_light_filter_inputs){.half = {p->half[0], p->half[1]},
+                                           .albedo = p->albedo,
+                                           .normal = p->normal,
+                                           .depth = p->depth};
 }
 
 static void run(struct picture *p)
@@ -179,6 +181,33 @@ static void it_fades_with_the_noise(void **state)
     }
 }
 
+// Where a small part of it counts, little is smoothed, and less is taken to be blurred.
+static void it_smooths_less_where_a_part_of_the_noise_counts(void **state)
+{
+    (void)state;
+    double changed[4], blur[4];
+    for (int i = 0; i < 4; i++) {
+        struct picture p = make(0.2, 1), as_it_was = make(0.2, 1);
+        struct bd_light_filter_inputs inputs = inputs_of(&p);
+        inputs.variance_part = i ? powf(0.01f, (float)(i - 1)) : 0; // none is all
+        struct bd_image *doubt = bd_image_create(WIDTH, HEIGHT, 4);
+        struct bd_light_filter *filter;
+        assert_int_equal(bd_light_filter_create(&inputs, &filter, NULL), BD_ERR_OK);
+        for (uint32_t pass = 0; pass < bd_light_filter_pass_count(filter); pass++)
+            for (uint32_t y = 0; y < HEIGHT; y++) bd_light_filter_row(filter, pass, y);
+        bd_light_filter_store_doubt(filter, doubt);
+        bd_light_filter_store(filter, p.out);
+        bd_light_filter_destroy(&filter);
+        changed[i] = difference(p.out, as_it_was.out), blur[i] = 0;
+        for (uint32_t j = 0; j < WIDTH * HEIGHT; j++) blur[i] += (double)doubt->pixels[4 * j + 3];
+        bd_image_destroy(&doubt);
+        drop(&p), drop(&as_it_was);
+    }
+    assert_true(changed[1] == changed[0] && blur[1] == blur[0]);
+    assert_true(changed[2] < .9 * changed[1] && changed[3] < .4 * changed[1]);
+    assert_true(blur[2] < .01 * blur[1] && blur[3] < 1e-4 * blur[1]);
+}
+
 // A power of two: to the last bit.
 static void how_bright_it_is_changes_no_digit(void **state)
 {
@@ -246,6 +275,7 @@ int main(void)
         cmocka_unit_test(nothing_crosses_a_step),
         cmocka_unit_test(without_noise_nothing_is_done),
         cmocka_unit_test(it_fades_with_the_noise),
+        cmocka_unit_test(it_smooths_less_where_a_part_of_the_noise_counts),
         cmocka_unit_test(how_bright_it_is_changes_no_digit),
         cmocka_unit_test(what_cannot_be_filtered_stays),
         cmocka_unit_test(the_order_of_rows_changes_no_byte),
