@@ -89,6 +89,7 @@ enum bd_err bd_run_area_light(struct bd_frame *frame, struct bd_frame_light *lig
         .seed = seed_of_sub_frame(&frame->subject),
         .lambert = plan->params.lambert,
         .filtered = plan->params.noise_filter,
+        .variance_part = 1,
     };
     return bd_area_direct_run(&frame->context, &inputs, &frame->made.area_light, frame->detail);
 }
@@ -175,6 +176,7 @@ static enum bd_err with_inputs(struct bd_frame *frame,
         .pool = frame->renderer->pool,
         .chosen = frame->plan->chosen,
         .filtered = frame->plan->filtered,
+        .variance_part = 1,
         .seed = frame->subject.seed,
         .seed_of_sub_frame = seed_of_sub_frame(&frame->subject),
         .alone = frame->subject.alone,

@@ -336,7 +336,8 @@ static enum bd_err join(struct area *a, struct bd_image *half[HALVES], struct bd
                                                   .normal = a->normal,
                                                   .depth = a->depth,
                                                   .level_count =
-                                                      a->sampling.rays < FEW_RAYS ? 2 : 1};
+                                                      a->sampling.rays < FEW_RAYS ? 2 : 1,
+                                                  .variance_part = a->inputs->variance_part};
     if (a->inputs->filtered)
         return bd_filter_halves(&a->context, a->processor.pool, &inputs, half[0], doubt, a->detail);
     const size_t count = 3 * (size_t)a->width_px * a->height_px;

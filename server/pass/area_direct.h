@@ -39,6 +39,7 @@ struct bd_area_direct_inputs {
     uint64_t seed;
     bool lambert;
     bool filtered;
+    float variance_part; // of its noise's, that the filter goes by (image/light_filter.h)
 };
 
 // RGBA32F, in the frame's light unit: outgoing radiance and 1, where nothing is lit what the sky

@@ -9,7 +9,7 @@
 static struct bd_program_source source_of(const struct bd_composite_inputs *inputs, uint32_t which)
 {
     struct bd_program_source source = {.compute = "pass/composite/composite.comp"};
-    const struct bd_indirect *light = inputs->indirect, *doubted = inputs->doubted;
+    const struct bd_indirect *light = inputs->indirect;
     bool noise = which == BD_COMPOSITE_NOISE, blur = which == BD_COMPOSITE_BLUR;
     bool indirect = which == BD_COMPOSITE_BEAUTY || which == BD_COMPOSITE_INDIRECT;
     bool direct = which == BD_COMPOSITE_BEAUTY || which == BD_COMPOSITE_DIRECT;
@@ -19,11 +19,11 @@ static struct bd_program_source source_of(const struct bd_composite_inputs *inpu
     if ((direct || emission || noise || blur) && inputs->area_light)
         bd_define(&source.defines, "BD_AREA_LIGHT", 1);
     bool doubt = noise || (blur && inputs->filtered);
-    if (light && (doubt ? doubted->noise != NULL : indirect))
+    if (light && (doubt ? light->noise != NULL : indirect))
         bd_define(&source.defines, "BD_INDIRECT", 1);
     if (light && (doubt ? light->noise_glossy != NULL : indirect && light->glossy))
         bd_define(&source.defines, "BD_GLOSSY", 1);
-    if (light && (doubt ? doubted->noise_rough != NULL : indirect && light->rough))
+    if (light && (doubt ? light->noise_rough != NULL : indirect && light->rough))
         bd_define(&source.defines, "BD_ROUGH", 1);
     if (emission && inputs->gbuffer->emission) bd_define(&source.defines, "BD_EMISSION", 1);
     if (inputs->whole) bd_define(&source.defines, "BD_WHOLE", 1);
@@ -42,12 +42,11 @@ static void bind_inputs(const struct bd_composite_inputs *inputs, bool doubt,
     bindings->textures[BD_UNIT_DIRECT].tex = inputs->direct;
     if (area) bindings->textures[BD_UNIT_AREA_LIGHT].tex = doubt ? area->doubt : area->radiance;
     if (!indirect) return;
-    bindings->textures[BD_UNIT_INDIRECT].tex =
-        doubt ? inputs->doubted->noise : indirect->irradiance;
+    bindings->textures[BD_UNIT_INDIRECT].tex = doubt ? indirect->noise : indirect->irradiance;
     bindings->textures[BD_UNIT_INDIRECT_GLOSSY].tex =
         doubt ? indirect->noise_glossy : indirect->glossy;
     bindings->textures[BD_UNIT_INDIRECT_ROUGH].tex =
-        doubt ? inputs->doubted->noise_rough : indirect->rough;
+        doubt ? indirect->noise_rough : indirect->rough;
 }
 
 // Over all rows, in slices. `args` but for those.
@@ -90,11 +89,8 @@ enum bd_err bd_composite_run(const struct bd_pass_context *context,
         .sub_frame_weight = 1,
         .unit_cd_m2 = (float)space->unit_cd_m2,
         .render_unit_m = (float)(1 / space->render_per_m),
-        .doubted_per_px = 1.0f / (float)inputs->doubted_blocks.side_px,
         .is_first_sub_frame = inputs->first,
         .is_only_sub_frame = inputs->only,
-        .doubted_origin_px = {(float)inputs->doubted_blocks.left_px,
-                              (float)inputs->doubted_blocks.top_px, 0, 0},
     };
     struct bd_bindings bindings = {0};
     bind_inputs(inputs, which == BD_COMPOSITE_NOISE || which == BD_COMPOSITE_BLUR, &bindings);

@@ -20,9 +20,6 @@ struct bd_composite_inputs {
     const struct bd_tex *direct;             // NULL: no punctual light shines
     const struct bd_area_direct *area_light; // NULL: nothing with a size shines
     const struct bd_indirect *indirect;      // NULL: the technique has none
-    const struct bd_indirect *doubted;       // whose doubt its irradiance has: that one's, or whose
-                                             // light it took over
-    struct bd_pixel_blocks doubted_blocks;   // that are its pixels
     bool filtered;                           // indirect light: its noise is what doubt is left
     bool whole; // receivers without a lobe worth rays reflect it by their whole BRDF, in the mean
     bool lambert;

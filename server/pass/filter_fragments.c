@@ -10,6 +10,7 @@
 struct filter {
     const struct bd_pass_context *context;
     const struct bd_gather_fragments_inputs *inputs;
+    float variance_part;
     const struct bd_multires_light *from;
     struct bd_multires_light *to;
     struct bd_view view;
@@ -47,8 +48,8 @@ static enum bd_err filter_list(const struct filter *f, const struct bd_fragments
     for (uint32_t at = first, count; !err && at < end; at += count) {
         struct bd_bindings bindings = {0};
         count = bd_list_slice(f->context->slicer, UNITS_PER_FRAGMENT, end - at);
-        const struct bd_gather_fragments_args args = {.first_fragment = at,
-                                                      .fragment_count = count};
+        const struct bd_gather_fragments_args args = {
+            .first_fragment = at, .fragment_count = count, .variance_part = f->variance_part};
         bind(f, list, fine, &bindings);
         bindings.uniforms[BD_UNIFORM_ARGS].bytes = &args;
         bindings.uniforms[BD_UNIFORM_ARGS].size_bytes = sizeof args;
@@ -62,11 +63,13 @@ static enum bd_err filter_list(const struct filter *f, const struct bd_fragments
 enum bd_err bd_filter_fragments_run(const struct bd_pass_context *context,
                                     const struct bd_gather_fragments_inputs *inputs,
                                     const struct bd_fragments *const *lists, uint32_t list_count,
-                                    struct bd_multires_light **light, struct bd_err_detail *detail)
+                                    float variance_part, struct bd_multires_light **light,
+                                    struct bd_err_detail *detail)
 {
     struct filter f = {
         .context = context,
         .inputs = inputs,
+        .variance_part = variance_part,
         .from = *light,
         .view = bd_viewpoint_uniform(inputs->viewpoint, &inputs->scene->space),
     };

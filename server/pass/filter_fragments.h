@@ -9,11 +9,13 @@
 #include "pass/gather_fragments.h"
 
 // `lists` are all that are lit. Light with noise (bd_multires_light) of inputs->gather's picture;
-// replaced by one without. On failure it stays.
+// `variance_part` of
+// its noise's counts (image/light_filter.h). Replaced by one without. On failure it stays.
 BD_MUST_CHECK
 enum bd_err bd_filter_fragments_run(const struct bd_pass_context *context,
                                     const struct bd_gather_fragments_inputs *inputs,
                                     const struct bd_fragments *const *lists, uint32_t list_count,
-                                    struct bd_multires_light **light, struct bd_err_detail *detail);
+                                    float variance_part, struct bd_multires_light **light,
+                                    struct bd_err_detail *detail);
 
 #endif

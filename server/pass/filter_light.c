@@ -14,7 +14,7 @@ struct filtering {
     const struct bd_pass_context *context;
     const struct bd_gather_inputs *inputs;
     struct bd_pool *pool;
-    uint32_t level_count;
+    struct bd_smoothing smoothing;
     uint32_t width_px, height_px;
     struct bd_image *normal, *depth;
     struct bd_light_filter *filter;
@@ -208,7 +208,8 @@ static enum bd_err filter_both(struct filtering *f, const struct halves *halves,
     const struct bd_light_filter_inputs inputs = {.half = {halves->half[0], halves->half[1]},
                                                   .normal = f->normal,
                                                   .depth = f->depth,
-                                                  .level_count = f->level_count};
+                                                  .level_count = f->smoothing.level_count,
+                                                  .variance_part = f->smoothing.variance_part};
     return run_filter(f, &inputs, halves->light, halves->doubt, detail);
 }
 
@@ -236,14 +237,15 @@ static enum bd_err filter_texture(struct filtering *f, struct bd_tex *light, str
 }
 
 enum bd_err bd_filter_light_run(const struct bd_pass_context *context,
-                                const struct bd_gather_inputs *inputs, uint32_t level_count,
-                                struct bd_indirect *indirect, struct bd_err_detail *detail)
+                                const struct bd_gather_inputs *inputs,
+                                const struct bd_smoothing *smoothing, struct bd_indirect *indirect,
+                                struct bd_err_detail *detail)
 {
     struct filtering f = {
         .context = context,
         .inputs = inputs,
         .pool = inputs->visibility->pool,
-        .level_count = level_count,
+        .smoothing = *smoothing,
         .width_px = inputs->viewpoint->width_px,
         .height_px = inputs->viewpoint->height_px,
     };
@@ -255,9 +257,11 @@ enum bd_err bd_filter_light_run(const struct bd_pass_context *context,
                          f.width_px, f.height_px);
     bd_gpu_pass_begin(context->gpu, "filter");
     if (!err) err = read_guides(&f, detail);
-    if (!err) err = filter_texture(&f, indirect->irradiance, indirect->noise, detail);
     if (!err) err = filter_texture(&f, indirect->glossy, indirect->noise_glossy, detail);
-    if (!err) err = filter_texture(&f, indirect->rough, indirect->noise_rough, detail);
+    if (!err && !smoothing->glossy_alone)
+        err = filter_texture(&f, indirect->irradiance, indirect->noise, detail);
+    if (!err && !smoothing->glossy_alone)
+        err = filter_texture(&f, indirect->rough, indirect->noise_rough, detail);
     bd_gpu_pass_end(context->gpu);
     bd_image_destroy(&f.normal);
     bd_image_destroy(&f.depth);

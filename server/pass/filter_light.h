@@ -20,13 +20,20 @@ static inline uint32_t bd_filter_levels_of_chosen(uint32_t rays)
     return rays < 4 ? 2 : 1;
 }
 
+struct bd_smoothing {
+    uint32_t level_count;
+    float variance_part;
+    bool glossy_alone; // the rest was taken over, and is smoothed already
+};
+
 // `inputs` are those of what gathered. Of irradiance, and of what glossy and rough receivers have
-// beyond it; each by its own noise, where it has one, whose place the doubt of
-// what is left takes (image/light_filter.h). BD_ERR_NO_MEMORY leaves the light as it was.
+// beyond it; each by its own noise, where it has one, whose place the doubt of what is left takes
+// (image/light_filter.h). BD_ERR_NO_MEMORY leaves the light as it was.
 BD_MUST_CHECK
 enum bd_err bd_filter_light_run(const struct bd_pass_context *context,
-                                const struct bd_gather_inputs *inputs, uint32_t level_count,
-                                struct bd_indirect *indirect, struct bd_err_detail *detail);
+                                const struct bd_gather_inputs *inputs,
+                                const struct bd_smoothing *smoothing, struct bd_indirect *indirect,
+                                struct bd_err_detail *detail);
 
 // What the filter makes of halves in memory, in slices on the pool's threads: the light, which may
 // go to one of them, and an image of 4 channels for its doubt (image/light_filter.h).

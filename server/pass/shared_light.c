@@ -31,6 +31,8 @@ static void bind_first(const struct bd_shared_light_inputs *inputs, struct bd_bi
         first->vector ? first->gathered : first->irradiance;
     bindings->textures[BD_UNIT_FIRST_VECTOR].tex = first->vector;
     bindings->textures[BD_UNIT_FIRST_ROUGH].tex = first->rough;
+    bindings->textures[BD_UNIT_FIRST_NOISE].tex = first->noise;
+    bindings->textures[BD_UNIT_FIRST_NOISE_ROUGH].tex = first->noise_rough;
 }
 
 static enum bd_err run_rows(const struct bd_pass_context *context,
@@ -43,6 +45,8 @@ static enum bd_err run_rows(const struct bd_pass_context *context,
     struct bd_defines defines = {0};
     if (inputs->first->vector) bd_define(&defines, "BD_VECTOR", 1);
     if (inputs->first->rough) bd_define(&defines, "BD_ROUGH", 1);
+    if (inputs->first->noise) bd_define(&defines, "BD_NOISE", 1);
+    if (inputs->first->noise_rough) bd_define(&defines, "BD_NOISE_ROUGH", 1);
     enum bd_err err = bd_compute_get(context->gpu, "pass/shared_light/shared_light.comp", &defines,
                                      &program, detail);
     struct bd_bindings bindings = {
@@ -53,6 +57,8 @@ static enum bd_err run_rows(const struct bd_pass_context *context,
     bind_first(inputs, &bindings);
     bd_bind_image(&bindings, 0, out->irradiance, false, true);
     bd_bind_image(&bindings, 1, out->rough, false, true);
+    bd_bind_image(&bindings, 2, out->noise, false, true);
+    bd_bind_image(&bindings, 3, out->noise_rough, false, true);
     const uint32_t width = view.size_px.x, height = view.size_px.y;
     bd_slicer_work(context->slicer, "share");
     for (uint32_t row = 0; !err && row < height;) {
@@ -67,14 +73,20 @@ static enum bd_err run_rows(const struct bd_pass_context *context,
     return err;
 }
 
-static enum bd_err create_rough(struct bd_gpu *gpu, const struct bd_shared_light_inputs *inputs,
-                                struct bd_indirect *out, struct bd_err_detail *detail)
+// Beside irradiance what else the first sub-frame has.
+static enum bd_err create_rest(struct bd_gpu *gpu, const struct bd_shared_light_inputs *inputs,
+                               struct bd_indirect *out, struct bd_err_detail *detail)
 {
-    const struct bd_tex_desc desc = {.name = "indirect light of rough lobes",
-                                     .format = BD_FORMAT_RGBA32F,
-                                     .width_px = inputs->viewpoint->width_px,
-                                     .height_px = inputs->viewpoint->height_px};
-    return inputs->first->rough ? bd_tex_create(gpu, &desc, &out->rough, detail) : BD_ERR_OK;
+    const struct bd_indirect *first = inputs->first;
+    struct bd_tex_desc desc = {.name = "indirect light of rough lobes",
+                               .format = BD_FORMAT_RGBA32F,
+                               .width_px = inputs->viewpoint->width_px,
+                               .height_px = inputs->viewpoint->height_px};
+    enum bd_err err = first->rough ? bd_tex_create(gpu, &desc, &out->rough, detail) : BD_ERR_OK;
+    desc.name = "noise that is taken over";
+    if (!err && first->noise) err = bd_tex_create(gpu, &desc, &out->noise, detail);
+    if (!err && first->noise_rough) err = bd_tex_create(gpu, &desc, &out->noise_rough, detail);
+    return err;
 }
 
 // No blocks at all: its fragments are the pixels that nobody shares light with.
@@ -117,7 +129,7 @@ enum bd_err bd_shared_light_run(const struct bd_pass_context *context,
     *out = (struct bd_shared_light){0};
     enum bd_err err =
         bd_indirect_create(context->gpu, inputs->viewpoint, false, &out->indirect, detail);
-    if (!err) err = create_rough(context->gpu, inputs, out->indirect, detail);
+    if (!err) err = create_rest(context->gpu, inputs, out->indirect, detail);
     if (!err) err = run_rows(context, inputs, out->indirect, detail);
     if (!err) err = list_missing(context, inputs, out, detail);
     if (err) bd_shared_light_finish(context->gpu, out);

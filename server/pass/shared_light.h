@@ -23,11 +23,12 @@ struct bd_shared_light_inputs {
     const struct bd_viewpoint *first_viewpoint; // the same but for where rays pass a pixel
     struct bd_pixel_blocks blocks;              // that are its pixels
     const struct bd_gbuffer *first_gbuffer;
-    const struct bd_indirect *first; // its `gathered`, `vector`, `rough` count if they are there
+    const struct bd_indirect
+        *first; // its `gathered`, `vector`, `rough` and noise if they are there
 };
 
 struct bd_shared_light {
-    struct bd_indirect *indirect; // irradiance, and what rough lobes reflect; a = 0 where `missing`
+    struct bd_indirect *indirect; // irradiance, what rough lobes reflect (a = 0: `missing`), noise
     struct bd_discontinuity *pixels; // what `missing` is a list of: pixels alone
     struct bd_fragments *missing;
 };

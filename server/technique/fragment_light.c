@@ -123,8 +123,8 @@ static enum bd_err filter(const struct bd_pass_context *context,
     const struct bd_gather_fragments_inputs gather = bd_fragment_inputs(inputs, &unlit);
     const struct bd_fragments *lists[BD_MULTIRES_LEVEL_MAX + 1] = {inputs->made.fragments};
     for (uint32_t i = 0; i < lit->part_count; i++) lists[i + 1] = lit->parts[i];
-    return bd_filter_fragments_run(context, &gather, lists, lit->part_count + 1, &lit->light,
-                                   detail);
+    return bd_filter_fragments_run(context, &gather, lists, lit->part_count + 1,
+                                   inputs->variance_part, &lit->light, detail);
 }
 
 static uint64_t fragment_count(const struct bd_technique_inputs *inputs, const struct lit *lit)

@@ -108,7 +108,8 @@ static enum bd_err complete(const struct bd_pass_context *context,
     if (!err && inputs->rough_receivers)
         err = bd_gloss_of_rough_run(context, &far, gather, indirect, detail);
     if (err || !inputs->filtered) return err;
-    return bd_filter_light_run(context, gather, FILTER_LEVELS, indirect, detail);
+    const struct bd_smoothing smoothing = {FILTER_LEVELS, inputs->variance_part, false};
+    return bd_filter_light_run(context, gather, &smoothing, indirect, detail);
 }
 
 // No virtual light lights a lobe.
@@ -173,7 +174,8 @@ static enum bd_err light_glossy(const struct bd_pass_context *context,
     far.cells = inputs->cells;
     enum bd_err err = bd_gloss_run(context, &far, &gather, indirect, detail);
     if (err || !inputs->filtered) return err;
-    return bd_filter_light_run(context, &gather, FILTER_LEVELS, indirect, detail);
+    const struct bd_smoothing smoothing = {FILTER_LEVELS, inputs->variance_part, true};
+    return bd_filter_light_run(context, &gather, &smoothing, indirect, detail);
 }
 
 static const struct bd_technique_pass passes[] = {

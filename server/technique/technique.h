@@ -128,6 +128,7 @@ struct bd_technique_inputs {
     struct bd_pool *pool;                 // for them
     bool chosen;                          // there are fewer of them than VPLs
     bool filtered;                        // what they leave noisy
+    float variance_part; // of its noise's, that filters go by (image/light_filter.h)
     uint64_t seed;                        // of what is chosen
     uint64_t seed_of_sub_frame;           // of what each draws by numbers of its own
     bool alone; // the frame's only sub-frame: no other one's noise is added to its own

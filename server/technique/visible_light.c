@@ -10,12 +10,13 @@ static enum bd_err light(const struct bd_pass_context *context,
     const struct bd_visibility_inputs visibility = bd_technique_visibility(inputs);
     const struct bd_gather_chosen_inputs chosen = {gather, inputs->vpls_in_order,
                                                    inputs->params->rays, inputs->seed};
+    const struct bd_smoothing smoothing = {bd_filter_levels_of_chosen(chosen.rays),
+                                           inputs->variance_part, false};
     if (inputs->occluders) gather->visibility = &visibility;
     if (!inputs->chosen) return bd_gather_run(context, gather, out, detail);
     enum bd_err err = bd_gather_chosen_run(context, &chosen, out, detail);
     if (err || !inputs->filtered) return err;
-    err =
-        bd_filter_light_run(context, gather, bd_filter_levels_of_chosen(chosen.rays), *out, detail);
+    err = bd_filter_light_run(context, gather, &smoothing, *out, detail);
     if (err) bd_indirect_destroy(context->gpu, out);
     return err;
 }

@@ -59,6 +59,8 @@
 #define BD_UNIT_FIRST_VECTOR     8
 #define BD_UNIT_FIRST_ROUGH      9
 #define BD_UNIT_LIT              10
+#define BD_UNIT_FIRST_NOISE       11
+#define BD_UNIT_FIRST_NOISE_ROUGH 12
 
 // Of what few rays left, in filter_fragments, beside the G-buffer.
 #define BD_UNIT_NOISY_LIGHT  4

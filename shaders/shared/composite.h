@@ -19,18 +19,16 @@ struct bd_composite_args {
     BD_FLOAT sub_frame_weight; // 1 / sub-frames (finish)
     BD_FLOAT unit_cd_m2;       // the frame's light unit
     BD_FLOAT render_unit_m;    // length of render space's unit
-    BD_FLOAT doubted_per_px;   // 1 / side of a pixel of the picture whose doubt indirect light has
+    BD_FLOAT unused_0;
 
     BD_UINT is_first_sub_frame; // 1: nothing was added before
     BD_UINT is_only_sub_frame;
     BD_UINT first_row; // of the slice
     BD_UINT row_count; // in it
-
-    BD_VEC4 doubted_origin_px; // xy = where that picture begins
 };
 
 #ifndef BD_GLSL
-_Static_assert(sizeof(struct bd_composite_args) == 48, "std140 size");
+_Static_assert(sizeof(struct bd_composite_args) == 32, "std140 size");
 #endif
 
 #endif

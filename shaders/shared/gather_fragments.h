@@ -16,7 +16,7 @@ struct bd_gather_fragments_args {
     BD_UINT unused_0;
 
     BD_FLOAT depth; // of the draw behind the mask
-    BD_FLOAT unused_1;
+    BD_FLOAT variance_part; // of noise, that the filter goes by
     BD_FLOAT unused_2;
     BD_FLOAT unused_3;
 };

@@ -34,8 +34,8 @@ static void make_room(struct world *w, bool has_emitter)
     world_finish(w);
 }
 
-static void render(struct world *w, const char *technique, uint64_t seed, const char *settings,
-                   struct bd_image *layers[BD_LAYER_COUNT])
+static void render(struct world *w, const char *technique, uint64_t seed, uint32_t aa,
+                   const char *settings, struct bd_image *layers[BD_LAYER_COUNT])
 {
     struct bd_frame_request request = bd_frame_request_default;
     struct bd_err_detail detail = {0};
@@ -43,6 +43,7 @@ static void render(struct world *w, const char *technique, uint64_t seed, const 
     request.width_px = request.height_px = SIDE_PX;
     request.layers |= BD_LAYERS_DOUBT;
     request.seed = seed;
+    request.aa = aa;
     if (settings) assert_int_equal(bd_param_list_add(&request.params, settings, NULL), BD_ERR_OK);
     memset(layers, 0, BD_LAYER_COUNT * sizeof *layers);
     if (bd_frame_render(&w->renderer, w->scene, &request, NULL, NULL, layers, &w->report, &detail))
@@ -60,7 +61,8 @@ struct doubt {
     double variance, noise2, light, own_estimate, blur;
 };
 
-static struct doubt doubt_of(struct world *w, const char *technique, const char *settings)
+static struct doubt doubt_of(struct world *w, const char *technique, uint32_t aa,
+                             const char *settings)
 {
     static double sum[FLOATS], squares[FLOATS];
     struct doubt doubt = {0};
@@ -68,7 +70,7 @@ static struct doubt doubt_of(struct world *w, const char *technique, const char 
     memset(squares, 0, sizeof squares);
     for (uint32_t seed = 0; seed < SEEDS; seed++) {
         struct bd_image *layers[BD_LAYER_COUNT];
-        render(w, technique, seed, settings, layers);
+        render(w, technique, seed, aa, settings, layers);
         assert_true(w->report.has_own_estimate);
         doubt.own_estimate += w->report.own_estimate / SEEDS;
         for (uint32_t i = 0; i < FLOATS; i++) {
@@ -93,16 +95,18 @@ static void noise_is_how_seeds_differ(void **state)
     struct world *w = *state;
     static const struct {
         const char *technique;
+        uint32_t aa;
         bool has_emitter;
         double most; // that both may be apart
     } cases[] = {
-        {"direct", true, .03},
-        {"many_light", true, .03},
-        {"many_light", false, .06}, // photons are the same for both halves
+        {"direct", 1, true, .03},
+        {"many_light", 1, true, .03},
+        {"many_light", 1, false, .06}, // photons are the same for both halves
+        {"many_light", 8, false, .25}, // pixels that lie by themselves say the first one's
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         make_room(w, cases[i].has_emitter);
-        const struct doubt doubt = doubt_of(w, cases[i].technique, "noise_filter=off");
+        const struct doubt doubt = doubt_of(w, cases[i].technique, cases[i].aa, "noise_filter=off");
         ASSERT_REL(sqrt(doubt.noise2), sqrt(doubt.variance), cases[i].most);
         ASSERT_REL(doubt.own_estimate, sqrt(doubt.noise2) / doubt.light, .02);
         assert_true(doubt.blur == 0);
@@ -114,15 +118,15 @@ static void the_filter_leaves_less(void **state)
 {
     struct world *w = *state;
     make_room(w, true);
-    const struct doubt raw = doubt_of(w, "many_light", "noise_filter=off");
-    const struct doubt smooth = doubt_of(w, "many_light", "noise_filter=on");
+    const struct doubt raw = doubt_of(w, "many_light", 1, "noise_filter=off");
+    const struct doubt smooth = doubt_of(w, "many_light", 1, "noise_filter=on");
     assert_true(smooth.noise2 < .25 * raw.noise2);
     ASSERT_REL(smooth.blur, .1 * (raw.noise2 - smooth.noise2), .1);
     ASSERT_REL(smooth.own_estimate, sqrt(smooth.noise2 + smooth.blur) / smooth.light, .02);
     assert_true(smooth.own_estimate < .6 * raw.own_estimate);
 }
 
-// Light taken over from the first sub-frame is as noisy as that one's; direct light is not.
+// What was smoothed and is taken over from the first sub-frame is as noisy as that one's.
 static void sub_frames_that_share_doubt_alike(void **state)
 {
     struct world *w = *state;
@@ -154,7 +158,7 @@ static void without_chance_there_is_no_doubt(void **state)
     struct bd_image *layers[BD_LAYER_COUNT];
     make_room(w, false);
     for (int i = 0; i < 3; i++) {
-        render(w, techniques[i], 0, NULL, layers);
+        render(w, techniques[i], 0, 1, NULL, layers);
         assert_false(w->report.has_own_estimate);
         for (uint32_t k = 0; k < FLOATS; k++)
             assert_true(layers[BD_LAYER_NOISE]->pixels[k] == 0 &&

@@ -31,16 +31,6 @@ layout(binding = BD_UNIT_INDIRECT_ROUGH) uniform sampler2D indirect_rough;
 layout(binding = BD_UNIT_GBUFFER_EMISSION) uniform sampler2D gbuffer_emission;
 #endif
 
-// Where indirect light has its value, or its doubt.
-ivec2 place_of_indirect(ivec2 pixel)
-{
-#if BD_LAYER == BD_COMPOSITE_NOISE || BD_LAYER == BD_COMPOSITE_BLUR
-    return ivec2((vec2(pixel) + 0.5 - args.doubted_origin_px.xy) * args.doubted_per_px);
-#else
-    return pixel;
-#endif
-}
-
 vec3 diffuse_albedo(receiver r)
 {
 #ifdef BD_LAMBERT
@@ -55,7 +45,7 @@ vec4 rough_part(ivec2 pixel, receiver r)
 {
 #ifdef BD_ROUGH
     if (has_glossy_lobe(r.metallic, r.roughness)) return vec4(0.0);
-    vec4 part = texelFetch(indirect_rough, place_of_indirect(pixel), 0);
+    vec4 part = texelFetch(indirect_rough, pixel, 0);
 #if BD_LAYER == BD_COMPOSITE_NOISE || BD_LAYER == BD_COMPOSITE_BLUR
     return part;
 #else
@@ -116,7 +106,7 @@ vec3 noise_part(ivec2 pixel, receiver r)
 #endif
 #ifdef BD_INDIRECT
     vec4 rough = rough_part(pixel, r);
-    if (r.lit) sum += texelFetch(indirect_irradiance, place_of_indirect(pixel), 0).rgb * reflectance(r, rough) / PI + rough.rgb;
+    if (r.lit) sum += texelFetch(indirect_irradiance, pixel, 0).rgb * reflectance(r, rough) / PI + rough.rgb;
 #endif
 #ifdef BD_GLOSSY
     if (r.lit) sum += texelFetch(indirect_glossy, pixel, 0).rgb;
@@ -134,7 +124,7 @@ float blur_part(ivec2 pixel, receiver r)
 #ifdef BD_INDIRECT
     vec4 rough = rough_part(pixel, r);
     vec3 albedo = reflectance(r, rough) / PI;
-    if (r.lit) sum += texelFetch(indirect_irradiance, place_of_indirect(pixel), 0).a * dot(albedo, albedo) / 3.0 + rough.a;
+    if (r.lit) sum += texelFetch(indirect_irradiance, pixel, 0).a * dot(albedo, albedo) / 3.0 + rough.a;
 #endif
 #ifdef BD_GLOSSY
     if (r.lit) sum += texelFetch(indirect_glossy, pixel, 0).a;

@@ -69,7 +69,7 @@ void main()
     ivec2 block = ivec2(BD_FRAGMENT_X(fragment), BD_FRAGMENT_Y(fragment)), at = texel_of(level, block);
     receiver here = surface_of(level, block);
     vec4 own = texelFetch(light_in, at, 0);
-    float variance = 2.0 * NOISE_REACH * NOISE_REACH * noise_around(level, block, here);
+    float variance = 2.0 * NOISE_REACH * NOISE_REACH * args.variance_part * noise_around(level, block, here);
     vec3 light = vec3(0.0), vector = vec3(0.0);
     float weights = 0.0;
     for (int i = 0; i < 25; i++) {

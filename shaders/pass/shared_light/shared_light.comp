@@ -4,6 +4,7 @@
 //
 // image 0: irradiance; a = 0 where too few of the four do, and the pixel has to be lit by itself.
 // BD_ROUGH, image 1: what lobes of rough surfaces reflect, likewise.
+// BD_NOISE, BD_NOISE_ROUGH, images 2 and 3: the noise of both, of its nearest pixel where it has to be lit.
 // BD_VECTOR: the first sub-frame keeps what was gathered and the irradiance vector, and this pixel's
 // own normal has its say. Without, only pixels whose shading normals all but agree share light.
 #include "kernel/all_channels.h"
@@ -16,6 +17,14 @@ layout(binding = 0, rgba32f) writeonly uniform image2D irradiance;
 #ifdef BD_ROUGH
 layout(binding = 1, rgba32f) writeonly uniform image2D rough;
 layout(binding = BD_UNIT_FIRST_ROUGH) uniform sampler2D first_rough;
+#endif
+#ifdef BD_NOISE
+layout(binding = 2, rgba32f) writeonly uniform image2D noise;
+layout(binding = BD_UNIT_FIRST_NOISE) uniform sampler2D first_noise;
+#endif
+#ifdef BD_NOISE_ROUGH
+layout(binding = 3, rgba32f) writeonly uniform image2D noise_rough;
+layout(binding = BD_UNIT_FIRST_NOISE_ROUGH) uniform sampler2D first_noise_rough;
 #endif
 layout(binding = BD_UNIT_FIRST_DEPTH) uniform sampler2D first_depth;
 layout(binding = BD_UNIT_FIRST_NORMALS) uniform usampler2D first_normals;
@@ -70,14 +79,21 @@ bool shares_light(receiver here, ivec2 pixel)
 
 struct shared_light {
     vec3 irradiance, vector, rough;
+    vec4 noise, noise_rough;
     float weight, least, most; // of all channels together, of the pixels that it is made of
 };
 
+// Between pixels' places, which are whole numbers.
+vec2 place_in_first(ivec2 pixel)
+{
+    vec2 from_origin_px = vec2(pixel) + view.sample_px.xy - args.first_origin_px.xy;
+    return from_origin_px / args.first_side_px - args.first_sample_px.xy;
+}
+
 shared_light light_around(receiver here, ivec2 pixel)
 {
-    shared_light sum = shared_light(vec3(0.0), vec3(0.0), vec3(0.0), 0.0, 3.4e38, 0.0);
-    vec2 from_origin_px = vec2(pixel) + view.sample_px.xy - args.first_origin_px.xy;
-    vec2 at = from_origin_px / args.first_side_px - args.first_sample_px.xy;
+    shared_light sum = shared_light(vec3(0.0), vec3(0.0), vec3(0.0), vec4(0.0), vec4(0.0), 0.0, 3.4e38, 0.0);
+    vec2 at = place_in_first(pixel);
     ivec2 low = ivec2(floor(at));
     vec2 part = at - vec2(low);
     for (int i = 0; i < 4; i++) {
@@ -91,6 +107,12 @@ shared_light light_around(receiver here, ivec2 pixel)
         sum.most = max(sum.most, all_channels(irradiance_there));
 #ifdef BD_ROUGH
         sum.rough += weight * texelFetch(first_rough, low + step, 0).rgb;
+#endif
+#ifdef BD_NOISE
+        sum.noise += weight * texelFetch(first_noise, low + step, 0);
+#endif
+#ifdef BD_NOISE_ROUGH
+        sum.noise_rough += weight * texelFetch(first_noise_rough, low + step, 0);
 #endif
 #ifdef BD_VECTOR
         sum.vector += weight * texelFetch(first_vector, low + step, 0).xyz;
@@ -116,6 +138,17 @@ vec3 at_normal(shared_light sum, vec3 normal)
     return e;
 }
 
+void store_noise(ivec2 pixel, shared_light sum, bool is_taken_over)
+{
+    ivec2 nearest = clamp(ivec2(round(place_in_first(pixel))), ivec2(0), textureSize(first_depth, 0) - 1);
+#ifdef BD_NOISE
+    imageStore(noise, pixel, is_taken_over ? sum.noise / sum.weight : texelFetch(first_noise, nearest, 0));
+#endif
+#ifdef BD_NOISE_ROUGH
+    imageStore(noise_rough, pixel, is_taken_over ? sum.noise_rough / sum.weight : texelFetch(first_noise_rough, nearest, 0));
+#endif
+}
+
 void main()
 {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, args.first_row);
@@ -124,7 +157,9 @@ void main()
     vec4 shared_value = vec4(0.0, 0.0, 0.0, here.lit ? 0.0 : 1.0), shared_rough = shared_value;
     if (here.lit) {
         shared_light sum = light_around(here, pixel);
-        if (may_be_taken_over(sum)) {
+        bool is_taken_over = may_be_taken_over(sum);
+        store_noise(pixel, sum, is_taken_over);
+        if (is_taken_over) {
             shared_value = vec4(at_normal(sum, here.normal), 1.0);
             shared_rough = vec4(sum.rough / sum.weight, 1.0);
         }
