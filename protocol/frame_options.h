@@ -59,7 +59,7 @@ enum bd_err bd_frame_options_check(const Bounced__FrameRequest *request,
 // The number of a row's word, in whatever case; -1: it is none of them.
 int bd_frame_option_word(const struct bd_frame_option *option, const char *text);
 
-// What an option takes: "a whole number from 1 to 64", "neutral, agx or linear". Returns `out`.
+// What an option takes: "a whole number from 1 to 4096", "neutral, agx or linear". Returns `out`.
 #define BD_FRAME_OPTION_TAKES_BYTES 160
 const char *bd_frame_option_takes(const struct bd_frame_option *option,
                                   char out[BD_FRAME_OPTION_TAKES_BYTES]);

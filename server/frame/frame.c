@@ -52,6 +52,7 @@ static void count_clusters(struct bd_frame *frame)
 
 static enum bd_err run_light_side(struct bd_frame *frame)
 {
+    frame->is_camera_side = false;
     frame->anew = frame->request->fresh == BD_FRESH_ALL;
     enum bd_err built = bd_stage_run(frame, BD_STAGE_RAYS, NULL);
     if (!built) built = bd_stage_run(frame, BD_STAGE_EMITTERS, NULL);
@@ -109,6 +110,8 @@ static enum bd_err composite(struct bd_frame *frame, bool first, bool only,
         .filtered = frame->plan->filtered,
         .whole = frame->plan->final_gather && !frame->plan->params.lambert,
         .lambert = frame->plan->params.lambert,
+        // What their strata have apart is the same in all rounds, and no noise of the mean.
+        .halves_exchanged = frame->subject.round % 2 == 1,
         .first = first,
         .only = only,
     };
@@ -151,6 +154,12 @@ static void report_counts(struct bd_report *report, const struct bd_indirect_cou
 
 // --- sub-frames -----------------------------------------------------------------------------
 
+static void begin_camera_side(struct bd_frame *frame)
+{
+    frame->is_camera_side = true;
+    frame->anew = frame->request->fresh != BD_FRESH_NONE;
+}
+
 // Light of blocks, which every sub-frame then shares.
 static enum bd_err light_blocks(struct bd_frame *frame)
 {
@@ -162,6 +171,7 @@ static enum bd_err light_blocks(struct bd_frame *frame)
     frame->first = (struct bd_sub_frame){frame->subject.viewpoint, blocks, frame->made.gbuffer,
                                          frame->made.indirect};
     frame->subject.viewpoint = whole;
+    bd_stage_note_round(frame);
     bd_stage_leave_camera_side(frame);
     return err;
 }
@@ -174,9 +184,16 @@ static bool is_of_sub_frame(enum bd_stage stage, bool is_shared)
            (of == BD_STAGE_OF_EACH || of == (is_shared ? BD_STAGE_OF_SHARER : BD_STAGE_OF_WHOLE));
 }
 
+// Of its round, whose light the others share.
+static bool is_first(const struct bd_frame *frame, uint32_t index)
+{
+    return frame->plan->in_rounds ? bd_begins_round(index) : index == 0;
+}
+
 static enum bd_err see_sub_frame(struct bd_frame *frame, uint32_t index)
 {
-    const bool is_shared = frame->plan->shared && (index > 0 || frame->plan->block_px > 1);
+    const bool is_shared =
+        frame->plan->shared && (!is_first(frame, index) || frame->plan->block_px > 1);
     bd_sub_frame_place(&frame->subject.viewpoint, index);
     enum bd_err err = BD_ERR_OK;
     for (enum bd_stage stage = 0; !err && stage < BD_STAGE_COUNT; stage++)
@@ -195,20 +212,53 @@ static enum bd_err add_sub_frame(struct bd_frame *frame, struct bd_frame_sums *s
     return BD_ERR_OK;
 }
 
-// From as many as were added up before, by this frame's like or one of fewer sub-frames.
-static enum bd_err add_sub_frames(struct bd_frame *frame, struct bd_frame_sums *sums)
+// The first sub-frame of a round, and the light that all of the round share.
+static enum bd_err see_first(struct bd_frame *frame, uint32_t index)
 {
-    if (frame->plan->block_px == 1)
+    bd_sub_frame_place(&frame->subject.viewpoint, index);
+    enum bd_err err = frame->plan->block_px > 1 ? light_blocks(frame) : BD_ERR_OK;
+    if (!err) err = see_sub_frame(frame, index);
+    if (!err && frame->plan->block_px == 1)
         frame->first = (struct bd_sub_frame){frame->subject.viewpoint,
                                              bd_pixel_blocks_of(&frame->subject.viewpoint, 1),
                                              frame->made.gbuffer, frame->made.indirect};
+    return err;
+}
+
+// What is decided by chance, from the lights' side on. What the round before drew is forgotten.
+static enum bd_err draw_anew(struct bd_frame *frame, uint32_t round)
+{
+    bd_stage_forget_round(frame);
+    frame->subject.seed = bd_seed_of_round(frame->request->seed, round);
+    frame->subject.round = round;
+    enum bd_err err = run_light_side(frame);
+    begin_camera_side(frame);
+    if (!err) err = see_first(frame, round * BD_SUB_FRAMES_OF_ROUND);
+    if (!err) bd_stage_note_round(frame);
+    return err;
+}
+
+static enum bd_err add_later(struct bd_frame *frame, struct bd_frame_sums *sums, uint32_t index)
+{
+    const bool begins = frame->plan->in_rounds && bd_round_of(index) != frame->subject.round;
+    enum bd_err err = BD_ERR_OK;
+    bd_stage_leave_camera_side(frame);
+    if (begins) err = draw_anew(frame, bd_round_of(index));
+    if (!err && begins && is_first(frame, index)) return add_sub_frame(frame, sums);
+    bd_stage_leave_camera_side(frame);
+    if (!err) err = see_sub_frame(frame, index);
+    if (!err) err = add_sub_frame(frame, sums);
+    if (!err) bd_stage_forget_camera_side(frame);
+    return err;
+}
+
+// From as many as were added up before, by this frame's like or one of fewer sub-frames.
+static enum bd_err add_sub_frames(struct bd_frame *frame, struct bd_frame_sums *sums)
+{
     enum bd_err err = sums->count == 0 ? add_sub_frame(frame, sums) : BD_ERR_OK;
-    for (uint32_t s = sums->count; !err && s < frame->request->aa; s++) {
-        bd_stage_leave_camera_side(frame);
-        err = see_sub_frame(frame, s);
-        if (!err) err = add_sub_frame(frame, sums);
-        if (!err) bd_stage_forget_camera_side(frame);
-    }
+    for (uint32_t s = sums->count; !err && s < frame->request->aa; s++)
+        err = add_later(frame, sums, s);
+    bd_stage_forget_round(frame);
     return err;
 }
 
@@ -232,8 +282,7 @@ static enum bd_err finish_sums(struct bd_frame *frame, const struct bd_frame_sum
 static enum bd_err run_sub_frames(struct bd_frame *frame, struct bd_tex *layers[BD_LAYER_COUNT])
 {
     struct bd_frame_sums *sums;
-    enum bd_err err = frame->plan->block_px > 1 ? light_blocks(frame) : BD_ERR_OK;
-    if (!err) err = see_sub_frame(frame, 0);
+    enum bd_err err = see_first(frame, 0);
     if (err) return err;
     if (frame->request->aa == 1) {
         struct bd_indirect_counts counts = {0};
@@ -255,8 +304,7 @@ static enum bd_err run_sub_frames(struct bd_frame *frame, struct bd_tex *layers[
 
 static enum bd_err run_camera_side(struct bd_frame *frame, struct bd_tex *layers[BD_LAYER_COUNT])
 {
-    frame->anew = frame->request->fresh != BD_FRESH_NONE;
-    frame->is_camera_side = true;
+    begin_camera_side(frame);
     enum bd_err err = run_sub_frames(frame, layers);
     frame->is_camera_side = false;
     return err;

@@ -477,6 +477,7 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
     out->tracing = tracing_of(out);
     for (enum bd_stage stage = 0; stage < BD_STAGE_COUNT; stage++)
         if (bd_stage_rows[stage].is_needed(out)) out->stages |= 1u << stage;
+    out->in_rounds = out->chosen || bd_plan_has(out, BD_STAGE_AREA_LIGHT);
     out->doubts = doubts(out);
     out->layers = layers_of(out, request);
     out->traced_stages = traced_stages_of(out, scene, request);

@@ -36,6 +36,7 @@ struct bd_plan {
     bool rays;            // hide indirect light
     bool chosen;          // of some VPLs alone, since there are more of them than rays
     bool filtered;        // what few rays leave noisy
+    bool in_rounds;       // something is decided by chance: drawn anew by each round (sub_frames.h)
     // Something is decided by chance, and every pixel knows how far off that is. Leaves the layers
     // noise and blur, which go no further than the report's own_estimate unless they are asked for.
     bool doubts;

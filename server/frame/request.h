@@ -67,7 +67,7 @@ struct bd_frame_request {
     uint32_t layers;  // bit (1 << enum bd_layer); beauty is always rendered
     bool auto_exposure; // what it is measured on is rendered too (BD_LAYERS_METERED)
     uint32_t region[4]; // x, y, width, height of what technique reference traces; all 0 = all
-    uint32_t aa;      // sub-frames averaged, 1 to 64
+    uint32_t aa;        // sub-frames averaged, 1 to 4096 (frame/sub_frames.h)
     uint64_t seed;
     uint32_t deadline_ms; // 0 = none; counted from submission
     // 0 = none; with one the best settings of the technique's ladder that it is likely good for,

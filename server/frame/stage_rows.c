@@ -638,6 +638,13 @@ static uint64_t key_view(uint64_t key, const struct bd_viewpoint *v)
     return bd_key_number(key, (uint64_t)v->width_px << 32 | v->height_px);
 }
 
+// A later round's filters smooth less.
+static uint64_t key_seed(uint64_t key, const struct bd_subject *subject)
+{
+    key = bd_key_number(key, subject->seed);
+    return subject->round ? bd_key_number(key, subject->round) : key;
+}
+
 // What a row reads of the scene and its view.
 static uint64_t key_reads(uint64_t key, const struct bd_subject *subject, uint32_t reads,
                           const struct bd_frame_light *light)
@@ -650,10 +657,9 @@ static uint64_t key_reads(uint64_t key, const struct bd_subject *subject, uint32
     const uint64_t pixels = (uint64_t)subject->viewpoint.width_px * subject->viewpoint.height_px;
     if (reads & BD_READ_VIEW_TRACING)
         key = bd_key_number(key, bd_plan_traces(subject->plan, pixels));
-    if (reads & BD_READ_SEED && subject->plan->chosen) key = bd_key_number(key, subject->seed);
-    if (reads & BD_READ_LIGHT_SEED) key = bd_key_number(key, subject->seed);
-    if (reads & BD_READ_PHOTON_SEED && subject->plan->final_gather)
-        key = bd_key_number(key, subject->seed);
+    if (reads & BD_READ_SEED && subject->plan->chosen) key = key_seed(key, subject);
+    if (reads & BD_READ_LIGHT_SEED) key = key_seed(key, subject);
+    if (reads & BD_READ_PHOTON_SEED && subject->plan->final_gather) key = key_seed(key, subject);
     if (reads & BD_READ_ALONE) key = bd_key_number(key, subject->alone);
     if (reads & BD_READ_PATH_COUNT)
         key = bd_key_number(key, (uint64_t)bd_plan_light_path_root_side(subject->plan) << 32 |

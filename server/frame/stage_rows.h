@@ -91,7 +91,8 @@ struct bd_subject {
     const struct bd_scene *scene;
     const struct bd_plan *plan;
     double unit_cd_m2;
-    uint64_t seed;
+    uint64_t seed;  // of its round (frame/sub_frames.h)
+    uint32_t round; // of sub-frames
     bool alone; // the frame has one sub-frame
     uint32_t light_count;
     struct bd_frame_light *lights;

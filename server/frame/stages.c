@@ -2,6 +2,8 @@
 
 #include <string.h>
 
+#include "base/assert.h"
+
 void bd_stage_mark(struct bd_frame *frame, const char *pass, enum bd_pass_state state)
 {
     struct bd_report *report = frame->report;
@@ -97,4 +99,34 @@ enum bd_err bd_stage_upload(struct bd_frame *frame)
     // The light unit follows the lights, which the uploaded scene does not depend on.
     frame->scene->space.unit_cd_m2 = bd_render_space_of(frame->snapshot).unit_cd_m2;
     return BD_ERR_OK;
+}
+
+// --- rounds of sub-frames -------------------------------------------------------------------
+
+// What depends on no chance is the first round's, too.
+static bool is_of_round(const struct bd_frame *frame, enum bd_stage stage)
+{
+    struct bd_subject first = frame->subject;
+    first.seed = frame->request->seed;
+    first.round = 0;
+    if (frame->keys[stage] == 0) return false;
+    return bd_stage_rows[stage].of != BD_STAGE_OF_FRAME ||
+           bd_stage_key(&first, stage, NULL) != frame->keys[stage];
+}
+
+void bd_stage_note_round(struct bd_frame *frame)
+{
+    if (frame->subject.round == 0) return;
+    for (enum bd_stage stage = 0; stage < BD_STAGE_COUNT; stage++) {
+        if (!is_of_round(frame, stage)) continue;
+        BD_ASSERT_CMP(frame->round_key_count, <, 2 * BD_STAGE_COUNT);
+        frame->round_keys[frame->round_key_count++] = frame->keys[stage];
+    }
+}
+
+void bd_stage_forget_round(struct bd_frame *frame)
+{
+    for (uint32_t i = 0; i < frame->round_key_count; i++)
+        bd_memo_forget(frame->renderer->memo, frame->round_keys[i]);
+    frame->round_key_count = 0;
 }

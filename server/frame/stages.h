@@ -70,6 +70,9 @@ struct bd_frame {
     // Of the current sub-frame: the keys of its stages that ran, and their outputs.
     uint64_t keys[BD_STAGE_COUNT];
     struct bd_made made;
+    // Of what a later round than the first made for itself.
+    uint64_t round_keys[2 * BD_STAGE_COUNT];
+    uint32_t round_key_count;
 
     struct bd_sub_frame first; // of several, or of blocks: whose light the others share
     uint64_t sums_key;
@@ -115,6 +118,12 @@ void bd_stage_leave_camera_side(struct bd_frame *frame);
 // Ends a second or later sub-frame of an antialiased frame: its light is in the sum, and nobody
 // asks for what it was made of again.
 void bd_stage_forget_camera_side(struct bd_frame *frame);
+
+// Of a later round than the first: what the stages made that ran since the camera's side was left
+// last, from the lights' side on, is no other round's; and the end of all that, of which nobody
+// asks for anything again.
+void bd_stage_note_round(struct bd_frame *frame);
+void bd_stage_forget_round(struct bd_frame *frame);
 
 // Marks a planned pass in the report. A pass that ran for one light or sub-frame and was reused for
 // another ran.

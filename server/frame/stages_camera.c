@@ -6,6 +6,7 @@
 #include "base/assert.h"
 #include "base/hash.h"
 #include "frame/stages.h"
+#include "frame/sub_frames.h"
 #include "pass/area_direct.h"
 #include "pass/upsample.h"
 #include "technique/sub_frame_light.h"
@@ -57,6 +58,22 @@ static uint64_t seed_of_sub_frame(const struct bd_subject *subject)
                         sizeof sample_px);
 }
 
+// Of a round's noise, that its filters go by. In the mean over N rounds noise is left as 1 /
+// sqrt(N) and blur stays, unless later rounds smooth less. 16 rays, side spot, 16 rounds: indirect
+// light 3.59 % off with the filter as it is, 2.65 without, 2.73, 2.49 and 2.35 with powers 1, 2
+// and 3.
+static float part_of_round(const struct bd_frame *frame)
+{
+    const float rounds = (float)(frame->subject.round + 1);
+    return 1 / (rounds * rounds * rounds);
+}
+
+// The same of what each sub-frame has rays of its own for.
+static float part_of_sub_frame(const struct bd_frame *frame)
+{
+    return 1 / (float)(frame->subject.round * BD_SUB_FRAMES_OF_ROUND + 1);
+}
+
 static uint32_t light_rays_of(const struct bd_frame *frame)
 {
     const struct bd_viewpoint *v = &frame->subject.viewpoint;
@@ -89,7 +106,7 @@ enum bd_err bd_run_area_light(struct bd_frame *frame, struct bd_frame_light *lig
         .seed = seed_of_sub_frame(&frame->subject),
         .lambert = plan->params.lambert,
         .filtered = plan->params.noise_filter,
-        .variance_part = 1,
+        .variance_part = part_of_sub_frame(frame),
     };
     return bd_area_direct_run(&frame->context, &inputs, &frame->made.area_light, frame->detail);
 }
@@ -176,7 +193,7 @@ static enum bd_err with_inputs(struct bd_frame *frame,
         .pool = frame->renderer->pool,
         .chosen = frame->plan->chosen,
         .filtered = frame->plan->filtered,
-        .variance_part = 1,
+        .variance_part = part_of_round(frame),
         .seed = frame->subject.seed,
         .seed_of_sub_frame = seed_of_sub_frame(&frame->subject),
         .alone = frame->subject.alone,
@@ -200,9 +217,11 @@ static enum bd_err light_indirectly(struct bd_frame *frame,
 
 static enum bd_err share_light(struct bd_frame *frame, const struct bd_technique_inputs *inputs)
 {
+    struct bd_technique_inputs own = *inputs;
     const struct bd_first_sub_frame first = {&frame->first.viewpoint, frame->first.blocks,
                                              frame->first.gbuffer, frame->first.indirect};
-    return bd_sub_frame_light(&frame->context, frame->plan->technique, inputs, &first,
+    own.variance_part = part_of_sub_frame(frame);
+    return bd_sub_frame_light(&frame->context, frame->plan->technique, &own, &first,
                               &frame->made.indirect, frame->detail);
 }
 

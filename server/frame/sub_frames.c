@@ -2,7 +2,9 @@
 
 #include <math.h>
 
+#include "base/hash.h"
 #include "lights/sequence.h"
+#include "upload/viewpoint.h"
 
 // The one of 20,000 scrambles that errs least about the parts of a pixel on either side of an edge:
 // root mean squares over edges of all angles .20, .10, .053, .035, .022 and .013 with 2 to 64
@@ -18,4 +20,9 @@ void bd_sub_frame_place(struct bd_viewpoint *viewpoint, uint32_t index)
     bd_sequence_pair(&sequence, index, own);
     viewpoint->sample_x_px = fmod(1.5 + own[0] - first[0], 1);
     viewpoint->sample_y_px = fmod(1.5 + own[1] - first[1], 1);
+}
+
+uint64_t bd_seed_of_round(uint64_t seed, uint32_t round)
+{
+    return round ? bd_hash64(&round, sizeof round, seed) : seed;
 }

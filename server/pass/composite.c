@@ -89,6 +89,7 @@ enum bd_err bd_composite_run(const struct bd_pass_context *context,
         .sub_frame_weight = 1,
         .unit_cd_m2 = (float)space->unit_cd_m2,
         .render_unit_m = (float)(1 / space->render_per_m),
+        .noise_sign = inputs->halves_exchanged ? -1 : 1,
         .is_first_sub_frame = inputs->first,
         .is_only_sub_frame = inputs->only,
     };

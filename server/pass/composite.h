@@ -23,6 +23,7 @@ struct bd_composite_inputs {
     bool filtered;                           // indirect light: its noise is what doubt is left
     bool whole; // receivers without a lobe worth rays reflect it by their whole BRDF, in the mean
     bool lambert;
+    bool halves_exchanged; // noise counts the other way round
     bool first; // nothing was added before
     bool only;  // nothing will be: the layer is finished
 };

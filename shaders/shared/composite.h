@@ -19,7 +19,7 @@ struct bd_composite_args {
     BD_FLOAT sub_frame_weight; // 1 / sub-frames (finish)
     BD_FLOAT unit_cd_m2;       // the frame's light unit
     BD_FLOAT render_unit_m;    // length of render space's unit
-    BD_FLOAT unused_0;
+    BD_FLOAT noise_sign;       // of the halves' difference
 
     BD_UINT is_first_sub_frame; // 1: nothing was added before
     BD_UINT is_only_sub_frame;

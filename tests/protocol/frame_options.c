@@ -53,9 +53,9 @@ static void values(void **state)
         const char *name, *good[4], *bad[12], *takes;
     } cases[] = {
         {"aa",
-         {"1", "64"},
-         {"0", "65", "-1", "four", "", "4.0", " 4", "4 ", "0x4", "4294967300"},
-         "a whole number from 1 to 64"},
+         {"1", "64", "4096"},
+         {"0", "4097", "-1", "four", "", "4.0", " 4", "4 ", "0x4", "4294967300"},
+         "a whole number from 1 to 4096"},
         {"size",
          {"1x1", "0x7", "4294967295x1"},
          {"", "x", "1x", "x1", "1x1x1", "-1x1", "1e3x1", "4294967296x1"},
@@ -119,10 +119,10 @@ static void checks_name_the_field_and_its_range(void **state)
     Bounced__FrameRequest *request = new_request();
     assert_int_equal(bd_frame_options_check(request, &detail), BD_ERR_OK);
     request->has_aa = 1;
-    request->aa = 65;
+    request->aa = 4097;
     assert_int_equal(bd_frame_options_check(request, &detail), BD_ERR_USAGE);
     assert_string_equal(detail.field, "aa");
-    assert_string_equal(detail.message, "aa is a whole number from 1 to 64, not \"65\"");
+    assert_string_equal(detail.message, "aa is a whole number from 1 to 4096, not \"4097\"");
     request->aa = 64;
     request->fresh = (char *)"never";
     assert_int_equal(bd_frame_options_check(request, &detail), BD_ERR_USAGE);

@@ -79,7 +79,7 @@ class FrameOptions(TypedDict, total=False):
     pose: Pose  # instead of a camera: 6, 7, 9 or 10 numbers, places in metres, the vertical angle in radians (default up +y, yfov that of the scene's first camera)
     technique: str  # NAME: `bounce techniques` lists them (default auto: many_light, in steps until its own estimate of the picture's error is below 5 %, or one that reads the parameters that are given)
     parameters: dict[str, Any]  # of the technique; repeatable: vpls=256
-    aa: int  # a whole number from 1 to 64: sub-frames averaged (default 1; by `bounce` 16 to PNG and JPEG)
+    aa: int  # a whole number from 1 to 4096: sub-frames averaged (default 1; by `bounce` 16 to PNG and JPEG)
     layers: Sequence[str]  # A,B,C: beauty,direct,indirect,emission,albedo,normal,depth,noise,blur: an EXR holds all of them, other pictures one (default beauty)
     exposure: str | float  # of PNG and JPEG: pixel = luminance * 2^stops (default auto)
     tonemap: str  # neutral, agx or linear: of PNG and JPEG (default neutral)

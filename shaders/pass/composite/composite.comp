@@ -167,7 +167,7 @@ vec4 sub_frame_value(ivec2 pixel)
 #elif BD_LAYER == BD_COMPOSITE_EMISSION
     value = emission_part(pixel) * args.unit_cd_m2;
 #elif BD_LAYER == BD_COMPOSITE_NOISE
-    value = noise_part(pixel, r) * args.unit_cd_m2;
+    value = args.noise_sign * noise_part(pixel, r) * args.unit_cd_m2;
 #elif BD_LAYER == BD_COMPOSITE_BLUR
     value = vec3(blur_part(pixel, r) * args.unit_cd_m2 * args.unit_cd_m2);
 #elif BD_LAYER == BD_COMPOSITE_ALBEDO

@@ -123,9 +123,9 @@ static void refusals_name_the_option_and_its_range(void **state)
                                         "99999999999x1", " 1x1", ""};
     for (size_t i = 0; i < sizeof sizes / sizeof sizes[0]; i++)
         assert_refused(WORDS("a.glb", "-o", "x.png", "--size", sizes[i]), "size", "WxH");
-    static const char *const counts[] = {"0", "65", "-1", "four", "", "4.0", " 4", "4 ", "0x4"};
+    static const char *const counts[] = {"0", "4097", "-1", "four", "", "4.0", " 4", "4 ", "0x4"};
     for (size_t i = 0; i < sizeof counts / sizeof counts[0]; i++)
-        assert_refused(WORDS("a.glb", "-o", "x.png", "--aa", counts[i]), "aa", "from 1 to 64");
+        assert_refused(WORDS("a.glb", "-o", "x.png", "--aa", counts[i]), "aa", "from 1 to 4096");
     assert_refused(WORDS("a.glb", "-o", "x.png", "--seed", "18446744073709551616"), "seed",
                    "a whole number");
     assert_refused(WORDS("a.glb", "-o", "x.png", "--deadline-ms", "4294967296"), "deadline_ms",
