@@ -1,7 +1,8 @@
 // A scheduler without a GPU, for the tests of net/: the same interface, the same thread, and a
 // gradient where a frame would be. Frames take BD_FAKE_FRAME_MS milliseconds (default 0), the first
 // one BD_FAKE_COMPILE_MS more that no pass accounts for, and heed cancel and deadlines as real ones
-// do. A scene's technique "fail" fails.
+// do; they estimate their error to be BD_FAKE_ESTIMATE, if that is set. A scene's technique "fail"
+// fails.
 
 #include "sched/sched.h"
 
@@ -33,6 +34,7 @@ struct bd_sched {
     struct bd_job *waiting, *running;
     bool stopping;
     double frame_ms, compile_ms; // the latter once
+    const char *estimate;        // NULL: none
     struct bd_sched_stats stats;
 };
 
@@ -102,6 +104,8 @@ static void fill_report(struct bd_report *report, const struct bd_job *job)
     report->passes[0].ms = job->sched->frame_ms;
     report->passes[0].sub_frames = 1;
     report->passes[0].of_each_sub_frame = true;
+    report->has_own_estimate = job->sched->estimate != NULL;
+    if (report->has_own_estimate) report->own_estimate = atof(job->sched->estimate);
     report->flag_count = 1;
     snprintf(report->flags[0], sizeof report->flags[0], "default_lights");
 }
@@ -170,6 +174,7 @@ enum bd_err bd_sched_create(const struct bd_sched_options *options, struct bd_sc
     const char *frame_ms = getenv("BD_FAKE_FRAME_MS");
     sched->options = *options;
     sched->frame_ms = frame_ms ? atof(frame_ms) : 0;
+    sched->estimate = getenv("BD_FAKE_ESTIMATE");
     const char *compile_ms = getenv("BD_FAKE_COMPILE_MS");
     sched->compile_ms = compile_ms ? atof(compile_ms) : 0;
     snprintf(sched->stats.device_name, sizeof sched->stats.device_name, "gradient \"quoted\"");

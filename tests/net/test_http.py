@@ -82,9 +82,9 @@ def test_options(shared):
     assert status == 200
     options = {option["name"]: option for option in reply["options"]}
     assert set(options) == set(bounced_pb2.FrameRequest.DESCRIPTOR.fields_by_name)
-    assert options["aa"] == {"name": "aa", "form": "N", "takes": "a whole number from 1 to 64", "words": [],
+    assert options["aa"] == {"name": "aa", "form": "N", "takes": "a whole number from 1 to 4096", "words": [],
                              "standard": "1; by `bounce` 16 to PNG and JPEG", "help": "sub-frames averaged",
-                             "minimum": 1, "maximum": 64}
+                             "minimum": 1, "maximum": 4096}
     assert options["tonemap"]["words"] == ["neutral", "agx", "linear"]
     scene = shared.add_scene()
     values = {"size": "8x8", "camera": "0", "pose": "0,0,3,0,0,0", "technique": "reference", "parameters": "spp=2",
@@ -182,7 +182,7 @@ def test_protobuf_both_ways(shared):
     ("size=0x4", "size"), ("size=12", "size"), ("size=4x4x4", "size"), ("size=-4x4", "size"),
     ("aa=x", "aa"), ("aa=", "aa"), ("seed=18446744073709551616", "seed"), ("plan=yes", "plan_only"), ("plan_only=2", "plan_only"), ("pose=1,2,3", "pose"), ("pose=0,0,0,0,0,-1,0", "pose.yfov"), ("check=15", "check"), ("target_error=0", "target_error"), ("target_error=3:truth", "against"), ("exr_half=yes", "exr_half"), ("fresh=yes", "fresh"),
     ("exposure=bright", "exposure"), ("tonemap=vivid", "tonemap"), ("layers=beautiful", "layers"), ("layers=direct,normal", "layers"),
-    ("set=vpls", "parameters"), ("parameters==1", "parameters"), ("aa=65", "aa"), ("jpeg_quality=0", "jpeg_quality"), ("sise=4x4", "sise"), ("encoding=exr", "encoding"), ("quality=101", "jpeg_quality"),
+    ("set=vpls", "parameters"), ("parameters==1", "parameters"), ("aa=4097", "aa"), ("jpeg_quality=0", "jpeg_quality"), ("sise=4x4", "sise"), ("encoding=exr", "encoding"), ("quality=101", "jpeg_quality"),
     ("region=1,2,3", "region"), ("region=1,2,3,4,5", "region"), ("region=a,0,1,1", "region"),
     ("region=0,0,0,1", "region"), ("layers=half", "layers"),
     ("camera=%zz", "query"), ("camera=a%00b", "query"), ("camera", "query"),

@@ -109,15 +109,28 @@ def test_a_still_picture_gets_better_and_then_final(start, face):
     assert [f.step for f in frames] == list(range(len(frames))) and len(frames) >= 2
     # The cheapest parameters, those asked for, sub-frames, then better ones; nothing is taken back on the way.
     aa = [f.report.aa for f in frames]
-    assert aa[:6] == [1, 1, 2, 4, 8, 16] and aa == sorted(aa) and aa[6] == 16 and aa[-3:] == [32, 64, 64]
+    assert aa[:6] == [1, 1, 2, 4, 8, 16] and aa == sorted(aa) and aa[6] == 16 and aa[-3:] == [16, 32, 64]
     rungs = [tuple((p.key, p.value) for p in f.report.parameters) for f in frames]
     assert rungs[0] != () and set(rungs[1:6]) == {()} and len(set(rungs[6:])) >= 2 and len(set(zip(aa, rungs, strict=True))) == len(frames)
     vpls = [int(dict(rung).get("vpls", 1024)) for rung in rungs]
     assert vpls == sorted(vpls) and vpls[0] < 1024 < vpls[-1]
-    assert [f.why_final.split(":")[0] for f in frames] == [""] * (len(frames) - 1) + ["top"]
+    assert [f.why_final.split(":")[0] for f in frames] == [""] * (len(frames) - 1) + ["settled"]
     assert [f.final for f in frames] == [False] * (len(frames) - 1) + [True]
     assert all(f.encoding == "jpg" and f.age_ms > 0 and f.report.revision == 1 for f in frames)
     assert client.silent(0.3)
+
+
+def test_what_is_decided_by_chance_is_drawn_anew_until_it_settles(start, face):
+    """Rounds of 64 sub-frames, for a frame that says how far off it is."""
+    def aa_and_why(estimate):
+        client = face(start(env={"BD_FAKE_FRAME_MS": "1", "BD_FAKE_ESTIMATE": estimate}))
+        client.open(add_scene(client))
+        frames = client.until_final()
+        return [f.report.aa for f in frames[-7:]], frames[-1].why_final.split(":")[0], len({str(f.report.parameters) for f in frames[-7:]})
+
+    assert aa_and_why("0.0021") == ([64, 128, 256, 512, 1024, 2048, 4096], "top", 1)
+    aa, why, _ = aa_and_why("0.0019")
+    assert (aa[-1], why) == (64, "settled")
 
 
 def test_a_first_frame_that_had_to_compile_is_not_the_last(start, face):
@@ -125,7 +138,7 @@ def test_a_first_frame_that_had_to_compile_is_not_the_last(start, face):
     client = face(start("--limit", "view_refine_seconds=1", env={"BD_FAKE_FRAME_MS": "2", "BD_FAKE_COMPILE_MS": "700"}))
     client.open(add_scene(client))
     frames = client.until_final()
-    assert len(frames) > 5 and frames[-1].why_final.startswith("top:")
+    assert len(frames) > 5 and frames[-1].why_final.startswith("settled:")
 
 
 def test_a_view_says_that_a_better_picture_would_take_too_long(start, face):

@@ -126,17 +126,18 @@ static void final_is_the_last_of_its_state(void **cmocka)
 {
     (void)cmocka;
     struct bd_view_state state = running(1);
-    assert_int_equal(bd_view_why_final(&state, true, MS, 100 * MS), BD_VIEW_NOT_FINAL);
-    assert_int_equal(bd_view_why_final(&state, true, 100 * MS, 100 * MS), BD_VIEW_NOT_FINAL);
-    assert_int_equal(bd_view_why_final(&state, false, MS, 100 * MS), BD_VIEW_TOP);
-    assert_int_equal(bd_view_why_final(&state, true, 101 * MS, 100 * MS), BD_VIEW_TIME);
+    assert_int_equal(bd_view_why_final(&state, true, false, MS, 100 * MS), BD_VIEW_NOT_FINAL);
+    assert_int_equal(bd_view_why_final(&state, true, false, 100 * MS, 100 * MS), BD_VIEW_NOT_FINAL);
+    assert_int_equal(bd_view_why_final(&state, false, false, MS, 100 * MS), BD_VIEW_TOP);
+    assert_int_equal(bd_view_why_final(&state, true, false, 101 * MS, 100 * MS), BD_VIEW_TIME);
+    assert_int_equal(bd_view_why_final(&state, true, true, MS, 100 * MS), BD_VIEW_SETTLED);
     state.last_step = 1;
-    assert_int_equal(bd_view_why_final(&state, true, MS, 100 * MS), BD_VIEW_DEADLINE);
+    assert_int_equal(bd_view_why_final(&state, true, false, MS, 100 * MS), BD_VIEW_DEADLINE);
     state.refine = false;
     state.last_step = BD_VIEW_STEP_NONE;
-    assert_int_equal(bd_view_why_final(&state, true, MS, 100 * MS), BD_VIEW_UNREFINED);
+    assert_int_equal(bd_view_why_final(&state, true, false, MS, 100 * MS), BD_VIEW_UNREFINED);
     state.wanted = 2; // another follows, whatever this was
-    assert_int_equal(bd_view_why_final(&state, false, MS, 100 * MS), BD_VIEW_NOT_FINAL);
+    assert_int_equal(bd_view_why_final(&state, false, false, MS, 100 * MS), BD_VIEW_NOT_FINAL);
 }
 
 // --- what a step would cost -----------------------------------------------------------------
@@ -161,7 +162,7 @@ static void cost_is_what_passes_took(void **cmocka)
     add_pass(&first, "direct", 20, 1);
     add_pass(&first, "gather", 100, 1);
     bd_view_cost_learn(&cost, &first, true);
-    assert_true(bd_view_cost_of_sub_frames(&cost, 2) == 60);
+    assert_true(bd_view_cost_of_sub_frames(&cost, 1, 3) == 60);
     assert_true(bd_view_cost_of_rung(&cost, 1) == 6 * 130 + 30);
     struct bd_report more = {.aa = 4};
     add_pass(&more, "gbuffer", 30, 3);
@@ -170,14 +171,18 @@ static void cost_is_what_passes_took(void **cmocka)
     add_pass(&more, "share", 15, 3);
     add_pass(&more, "gather", 3, 3);
     bd_view_cost_learn(&cost, &more, false);
-    assert_true(bd_view_cost_of_sub_frames(&cost, 4) == 140);
+    assert_true(bd_view_cost_of_sub_frames(&cost, 4, 8) == 140);
     assert_true(bd_view_cost_of_rung(&cost, 16) == 6 * 130 + 16 * 35);
+    // Each 64 have light of their own.
+    assert_true(bd_view_cost_of_sub_frames(&cost, 32, 64) == 32 * 35);
+    assert_true(bd_view_cost_of_sub_frames(&cost, 64, 128) == 64 * 35 + 130);
+    assert_true(bd_view_cost_of_sub_frames(&cost, 128, 256) == 128 * 35 + 2 * 130);
     // What shares nothing gathers for each.
     struct bd_report own = {.aa = 4};
     add_pass(&own, "gbuffer", 40, 4);
     add_pass(&own, "splat", 400, 4);
     bd_view_cost_learn(&cost, &own, false);
-    assert_true(bd_view_cost_of_sub_frames(&cost, 1) == 110);
+    assert_true(bd_view_cost_of_sub_frames(&cost, 4, 5) == 110);
     // Nothing ran: what was known holds.
     struct bd_report reused = {.aa = 2};
     add_pass(&reused, "gbuffer", 0, 0);
@@ -203,7 +208,8 @@ static void auto_begins_with_less(void **cmocka)
         const char *rays;
     } steps[] = {{1, "2"},           {1, "as they are"},  {2, "as they are"}, {4, "as they are"},
                  {8, "as they are"}, {16, "as they are"}, {16, "16"},         {16, "64"},
-                 {32, "64"},         {64, "64"},          {64, "256"}};
+                 {32, "64"},         {64, "64"},          {128, "64"},        {256, "64"},
+                 {512, "64"},        {1024, "64"},        {2048, "64"},       {4096, "64"}};
     assert_int_equal(bd_view_steps_before(&request), 1);
     for (uint32_t i = 0; i < sizeof steps / sizeof *steps; i++) {
         step = request;
@@ -211,22 +217,22 @@ static void auto_begins_with_less(void **cmocka)
         bd_view_lay_step(&request, i, &step);
         assert_int_equal(step.aa, steps[i].sub_frames);
         assert_string_equal(rays_of(&step), steps[i].rays);
-        assert_int_equal(bd_view_step_adds_sub_frames(&request, i),
-                         (i > 1 && i < 6) || i == 8 || i == 9);
+        assert_int_equal(bd_view_step_adds_sub_frames(&request, i), (i > 1 && i < 6) || i > 7);
+        assert_int_equal(bd_view_step_draws_anew(&request, i), i > 9);
     }
     assert_false(bd_view_has_step(&request, sizeof steps / sizeof *steps));
-    // From between, the last step is a shorter one.
+    // From between, as far as to the last rung but one step.
     static const char *const third[] = {"vpls=2048", "rays=8", "far_rays=8", "walk_vpls=4096",
                                         "cache_cells=4096"};
     for (int i = 0; i < 5; i++)
         assert_int_equal(bd_param_list_add(&request.params, third[i], NULL), BD_ERR_OK);
-    static const char *const rays[] = {"32", "128", "128", "128", "256"};
+    static const char *const rays[] = {"32", "128", "128", "128", "128"};
     for (uint32_t i = 0; i < 5; i++) {
         assert_true(bd_view_has_step(&request, 6 + i));
         bd_view_lay_step(&request, 6 + i, &step);
         assert_string_equal(rays_of(&step), rays[i]);
     }
-    assert_false(bd_view_has_step(&request, 11));
+    assert_false(bd_view_has_step(&request, 16));
     request.params.count = 0;
     // What is given stands as low as it goes already.
     static const char *const least[] = {"vpls=16",      "rays=2",         "far_rays=2",
@@ -261,11 +267,17 @@ static void steps_add_sub_frames_and_then_climb(void **cmocka)
         assert_int_equal(step.aa, odd[i].asked);
         bd_view_lay_step(&request, 1, &step);
         assert_int_equal(step.aa, odd[i].second);
-        bd_view_lay_step(&request, 9, &step);
-        assert_int_equal(step.aa, 64);
+        bd_view_lay_step(&request, 40, &step);
+        assert_int_equal(step.aa, 4096);
     }
-    strcpy(request.technique, "reference");
+    // What decides nothing by chance ends with the ladder.
+    strcpy(request.technique, "rsm");
     request.aa = 1;
+    step = request;
+    bd_view_lay_step(&request, 40, &step);
+    assert_int_equal(step.aa, 64);
+    for (uint32_t i = 0; i < 40; i++) assert_false(bd_view_step_draws_anew(&request, i));
+    strcpy(request.technique, "reference");
     step = request;
     bd_view_lay_step(&request, 1, &step);
     assert_int_equal(step.aa, 1);
@@ -347,7 +359,7 @@ static void obey(struct run *run, uint64_t frame_ns)
 static void send(struct run *run, uint32_t top)
 {
     struct bd_view_state *s = &run->state;
-    s->is_final = bd_view_why_final(s, s->running_step < top, 0, 1) != BD_VIEW_NOT_FINAL;
+    s->is_final = bd_view_why_final(s, s->running_step < top, false, 0, 1) != BD_VIEW_NOT_FINAL;
     s->is_running = s->stopped_one = false;
     s->shown = s->running;
     s->shown_step = s->running_step;

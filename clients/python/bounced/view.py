@@ -113,7 +113,7 @@ class ViewFrame(Frame):
 
     number     from 1, none skipped
     final      nothing better follows until something changes
-    why_final  in words, of a final one: top, time, deadline or refine, and what that means
+    why_final  in words, of a final one: top, settled, time, deadline or refine, and what that means
     step       of the improvement of a still picture, from 0
     sequence   of the last `View.update` that it shows, 0 before the first
     replaced   frames or changes that newer ones replaced since the last

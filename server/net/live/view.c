@@ -96,8 +96,17 @@ static double next_step_ms(const struct bd_view *view)
     struct bd_frame_request next = *frame;
     bd_view_lay_step(frame, step + 1, &next);
     if (bd_view_step_adds_sub_frames(frame, step + 1))
-        return bd_view_cost_of_sub_frames(&view->cost, next.aa - view->running.frame.aa);
+        return bd_view_cost_of_sub_frames(&view->cost, view->running.frame.aa, next.aa);
     return bd_view_cost_of_rung(&view->cost, next.aa);
+}
+
+// Of beauty, by its own estimate; 0 where nothing is decided by chance. Half a step of 8 bits.
+#define SETTLED_ERROR 0.002
+
+static bool is_settled(const struct bd_view *view, const struct bd_report *report)
+{
+    return bd_view_step_draws_anew(&view->options.frame, view->state.running_step + 1) &&
+           (!report->has_own_estimate || report->own_estimate <= SETTLED_ERROR);
 }
 
 static void say_why(enum bd_view_why why, double next_ms, uint64_t most_s, char *out, size_t size)
@@ -108,6 +117,10 @@ static void say_why(enum bd_view_why why, double next_ms, uint64_t most_s, char 
         break;
     case BD_VIEW_TOP:
         snprintf(out, size, "top: there is no better step");
+        break;
+    case BD_VIEW_SETTLED:
+        snprintf(out, size, "settled: by its own estimate the error is at most %g %%",
+                 100 * SETTLED_ERROR);
         break;
     case BD_VIEW_UNREFINED:
         snprintf(out, size, "refine: none is asked for");
@@ -131,8 +144,9 @@ static void judge(struct bd_view *view, const struct bd_report *report, struct b
     const uint64_t most_s = view->live->loop->serving->limits.view_refine_seconds;
     bd_view_cost_learn(&view->cost, report, !bd_view_step_adds_sub_frames(frame, step));
     const double next_ms = next_step_ms(view);
-    enum bd_view_why why = bd_view_why_final(&view->state, bd_view_has_step(frame, step + 1),
-                                             (uint64_t)(1e6 * next_ms), most_s * 1000000000u);
+    enum bd_view_why why =
+        bd_view_why_final(&view->state, bd_view_has_step(frame, step + 1), is_settled(view, report),
+                          (uint64_t)(1e6 * next_ms), most_s * 1000000000u);
     out->is_final = why != BD_VIEW_NOT_FINAL;
     say_why(why, next_ms, most_s, out->why_final, sizeof out->why_final);
 }

@@ -72,12 +72,13 @@ void bd_view_take_credits(struct bd_view_state *state, uint32_t count, uint64_t 
 }
 
 enum bd_view_why bd_view_why_final(const struct bd_view_state *state, bool has_better,
-                                   uint64_t next_ns, uint64_t most_ns)
+                                   bool is_settled, uint64_t next_ns, uint64_t most_ns)
 {
     // Of an older state: another follows.
     if (state->running != state->wanted) return BD_VIEW_NOT_FINAL;
     if (!state->refine) return BD_VIEW_UNREFINED;
     if (!has_better) return BD_VIEW_TOP;
+    if (is_settled) return BD_VIEW_SETTLED;
     if (state->running_step >= state->last_step) return BD_VIEW_DEADLINE;
     return next_ns > most_ns ? BD_VIEW_TIME : BD_VIEW_NOT_FINAL;
 }

@@ -66,13 +66,15 @@ void bd_view_take_credits(struct bd_view_state *state, uint32_t count, uint64_t 
 enum bd_view_why {
     BD_VIEW_NOT_FINAL, // a better one follows, or one of a newer state
     BD_VIEW_TOP,       // there is no better step
+    BD_VIEW_SETTLED,   // better ones look the same
     BD_VIEW_UNREFINED, // none was asked for
     BD_VIEW_DEADLINE,  // the next step took longer than deadline_ms
     BD_VIEW_TIME,      // it would take too long
 };
 
-// `has_better`: there is a next step; it would take `next_ns` on the device, of at most `most_ns`.
+// `has_better`: there is a next step, which shows something where the frame is not settled; it
+// would take `next_ns` on the device, of at most `most_ns`.
 enum bd_view_why bd_view_why_final(const struct bd_view_state *state, bool has_better,
-                                   uint64_t next_ns, uint64_t most_ns);
+                                   bool is_settled, uint64_t next_ns, uint64_t most_ns);
 
 #endif

@@ -34,10 +34,20 @@ static uint32_t doubled(uint32_t sub_frames, uint32_t times, uint32_t most)
     return sub_frames >= most || sub_frames << times < most ? sub_frames << times : most;
 }
 
-// What comes after the cheapest settings: sub-frames, rungs but for the last, sub-frames, the last.
+// What comes after the cheapest settings: sub-frames, rungs but for the last, sub-frames, and the
+// last rung, or rounds of sub-frames.
 struct parts {
-    uint32_t smooth, climb, finish, last;
+    uint32_t smooth, climb, finish, last, rounds;
 };
+
+// Rounds draw anew what it decides by chance. They take the last rung's place: in as much time they
+// are as near to the truth (side spot, 10 s: 1.87 % off, 1.89 by the last rung), and go on.
+static bool draws_anew(const struct bd_frame_request *request)
+{
+    const struct bd_technique *technique =
+        bd_technique_for(request->technique, &request->params, NULL);
+    return technique && technique->is_sampled && !technique->is_reference;
+}
 
 static struct parts parts_of(const struct bd_frame_request *request)
 {
@@ -45,9 +55,14 @@ static struct parts parts_of(const struct bd_frame_request *request)
     const uint32_t rungs = climb(request, UINT32_MAX, &ignored);
     struct parts parts = {.smooth = doublings(request, request->aa, BD_VIEW_SUB_FRAMES),
                           .climb = rungs > 0 ? rungs - 1 : 0,
-                          .last = rungs > 0};
+                          .last = rungs > 0 && !draws_anew(request)};
     parts.finish = doublings(request, parts.smooth ? BD_VIEW_SUB_FRAMES : request->aa,
-                             BD_VIEW_SUB_FRAMES_MOST);
+                             BD_VIEW_SUB_FRAMES_OF_LIGHT);
+    if (draws_anew(request))
+        parts.rounds = doublings(
+            request,
+            request->aa > BD_VIEW_SUB_FRAMES_OF_LIGHT ? request->aa : BD_VIEW_SUB_FRAMES_OF_LIGHT,
+            BD_VIEW_SUB_FRAMES_MOST);
     return parts;
 }
 
@@ -63,8 +78,8 @@ uint32_t bd_view_steps_before(const struct bd_frame_request *request)
 bool bd_view_has_step(const struct bd_frame_request *request, uint32_t step)
 {
     const struct parts parts = parts_of(request);
-    return step <=
-           bd_view_steps_before(request) + parts.smooth + parts.climb + parts.finish + parts.last;
+    return step <= bd_view_steps_before(request) + parts.smooth + parts.climb + parts.finish +
+                       parts.last + parts.rounds;
 }
 
 bool bd_view_step_adds_sub_frames(const struct bd_frame_request *request, uint32_t step)
@@ -72,7 +87,14 @@ bool bd_view_step_adds_sub_frames(const struct bd_frame_request *request, uint32
     const struct parts parts = parts_of(request);
     const uint32_t first = bd_view_steps_before(request), then = first + parts.smooth + parts.climb;
     return (step > first && step <= first + parts.smooth) ||
-           (step > then && step <= then + parts.finish);
+           (step > then && step <= then + parts.finish) || bd_view_step_draws_anew(request, step);
+}
+
+bool bd_view_step_draws_anew(const struct bd_frame_request *request, uint32_t step)
+{
+    const struct parts parts = parts_of(request);
+    return parts.rounds > 0 &&
+           step > bd_view_steps_before(request) + parts.smooth + parts.climb + parts.finish;
 }
 
 static uint32_t at_most(uint32_t *left, uint32_t most)
@@ -90,7 +112,8 @@ void bd_view_lay_step(const struct bd_frame_request *request, uint32_t step,
     uint32_t left = step > before ? step - before : 0;
     out->aa = doubled(request->aa, at_most(&left, parts.smooth), BD_VIEW_SUB_FRAMES);
     uint32_t rungs = at_most(&left, parts.climb);
-    out->aa = doubled(out->aa, at_most(&left, parts.finish), BD_VIEW_SUB_FRAMES_MOST);
+    out->aa = doubled(out->aa, at_most(&left, parts.finish), BD_VIEW_SUB_FRAMES_OF_LIGHT);
+    out->aa = doubled(out->aa, at_most(&left, parts.rounds), BD_VIEW_SUB_FRAMES_MOST);
     rungs += at_most(&left, parts.last);
     if (step < before)
         bd_ladder_cheapest(bd_technique_for(request->technique, &request->params, NULL),
@@ -127,9 +150,14 @@ void bd_view_cost_learn(struct bd_view_cost *cost, const struct bd_report *repor
     if (is_rung && (once_ms > cost->once_ms || report->aa == 1)) cost->once_ms = once_ms;
 }
 
-double bd_view_cost_of_sub_frames(const struct bd_view_cost *cost, uint32_t count)
+static uint32_t rounds_of(uint32_t sub_frames)
 {
-    return count * cost->sub_frame_ms;
+    return bd_round_of(sub_frames - 1) + 1;
+}
+
+double bd_view_cost_of_sub_frames(const struct bd_view_cost *cost, uint32_t from, uint32_t to)
+{
+    return (to - from) * cost->sub_frame_ms + (rounds_of(to) - rounds_of(from)) * cost->once_ms;
 }
 
 double bd_view_cost_of_rung(const struct bd_view_cost *cost, uint32_t sub_frames)

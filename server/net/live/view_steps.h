@@ -3,7 +3,8 @@
 // of the technique's ladder (frame/ladder.h) that are above its own parameters, as many at once as
 // its row says. Sub-frames come first because they cost little: light is gathered once, and each
 // frame goes on where the one before ended. Before the last rung, which takes longest, come 32 and
-// 64 of them.
+// 64 of them. Of a technique that draws by chance rounds of sub-frames (frame/sub_frames.h) follow
+// in that rung's place: 128 sub-frames, 256, ... with light of their own, and so to the truth.
 //
 // Each step is a frame as anyone may ask for it alone, and has the same bytes.
 //
@@ -17,10 +18,13 @@
 
 #include "frame/report.h"
 #include "frame/request.h"
+#include "frame/sub_frames.h"
 
-// Sub-frames up to which a still picture is smoothed by itself: first, and before the last rung.
-#define BD_VIEW_SUB_FRAMES      16u
-#define BD_VIEW_SUB_FRAMES_MOST 64u
+// Sub-frames up to which a still picture is smoothed: first, by light of the last rung but one, and
+// by light that is drawn anew.
+#define BD_VIEW_SUB_FRAMES          16u
+#define BD_VIEW_SUB_FRAMES_OF_LIGHT BD_SUB_FRAMES_OF_ROUND
+#define BD_VIEW_SUB_FRAMES_MOST     4096u
 
 // Steps that come before the request as it is, 0 or 1: who wants no better picture begins there.
 uint32_t bd_view_steps_before(const struct bd_frame_request *request);
@@ -30,6 +34,9 @@ bool bd_view_has_step(const struct bd_frame_request *request, uint32_t step);
 
 // Whether it has the parameters of the step before it, and more sub-frames. Not step 0.
 bool bd_view_step_adds_sub_frames(const struct bd_frame_request *request, uint32_t step);
+
+// Whether they have light of their own, which helps only what is decided by chance.
+bool bd_view_step_draws_anew(const struct bd_frame_request *request, uint32_t step);
 
 // Writes the step's sub-frames and parameters into `out`, which is a copy of `request`. A step past
 // the last is the last.
@@ -52,8 +59,8 @@ struct bd_view_cost {
 // same.
 void bd_view_cost_learn(struct bd_view_cost *cost, const struct bd_report *report, bool is_rung);
 
-// Of so many sub-frames more of the same.
-double bd_view_cost_of_sub_frames(const struct bd_view_cost *cost, uint32_t count);
+// Of more sub-frames of the same, from so many to so many.
+double bd_view_cost_of_sub_frames(const struct bd_view_cost *cost, uint32_t from, uint32_t to);
 // Of the next rung of the ladder, of which none costs more than BD_VIEW_RUNG_RATIO times the one
 // before (tests/analytic/ladder.c), with so many sub-frames.
 #define BD_VIEW_RUNG_RATIO 6
