@@ -1,5 +1,5 @@
 // The shaders' BRDF (shaders/kernel/brdf.h): it gains no energy, the limit that sees to that is
-// what quadrature says, and the witness has the same one.
+// what quadrature says, and the reference has the same one.
 
 #include <math.h>
 #include <setjmp.h>
@@ -216,7 +216,7 @@ static void limit_grows_with_the_cosine(void **state)
     free(results);
 }
 
-// --- the witness ------------------------------------------------------------------------------
+// --- the reference ----------------------------------------------------------------------------
 
 // PCG32 (O'Neill 2014), so that a failure repeats.
 static double uniform(void)
@@ -275,7 +275,7 @@ static void witness_has_the_same(void **state)
             assert_true(error * M_PI < .012);
         }
     }
-    print_message("    off the witness by at most %.4f of 1 / pi\n", largest);
+    print_message("    off the reference by at most %.4f of 1 / pi\n", largest);
     free(queries);
     free(results);
 }

@@ -1,11 +1,11 @@
-"""`many_light`: error against run time, beside the witness.
+"""`many_light`: error against run time, beside the reference.
 
 usage: many_light.py BUILD_DIR SCENES_DIR -o RESULT.json [--scenes NAME,NAME] [--size WxH] [--brdf lambert|full] [--truths FOLDER]
 
 For each rung of its ladder: relative RMSE of the indirect layer and of beauty against the reference, by pixel, mean of eight seeds,
 the truth's own noise taken out by its two halves; error of the mean over 8x8 pixels; of the mean picture's sum. Milliseconds of a new
 frame's passes, light and camera side, without the structure that rays are asked of, readback and encoding; medians of the seeds. The
-witness with 8 and 32 samples a pixel, raw and filtered, and how long it takes to 5 %, where that is beyond what was run by
+reference with 8 and 32 samples a pixel, raw and filtered, and how long it takes to 5 %, where that is beyond what was run by
 1 / sqrt(samples). References are kept in FOLDER, where there is one.
 """
 import pathlib
@@ -19,7 +19,7 @@ import live
 SCENES = ("cornell_box", "cornell_box_spot_side", "sponza_dabrovic")
 SEEDS, RUNGS = 8, 5
 TRUTH_SPP, TRUTH_SEEDS = 96, (77, 78)
-WITNESS_SPP = (8, 32)
+REFERENCE_SPP = (8, 32)
 LAYERS = ("indirect", "beauty")
 NOT_TIMED = ("bvh", "readback", "encode")
 GOAL_PERCENT = 5
@@ -74,8 +74,8 @@ def figures(frames, truth):
     return row
 
 
-def witness_rows(scene, size, brdf, truth):
-    for spp in WITNESS_SPP:
+def reference_rows(scene, size, brdf, truth):
+    for spp in REFERENCE_SPP:
         for filtered in ("off", "on"):
             frame = render(scene, size, "reference", {"brdf": brdf, "alpha": "mask", "spp": spp, "noise_filter": filtered}, seed=1)
             ms = sum(p.get("ms") or 0 for p in frame.report["passes"] if p["name"] in ("trace", "filter"))
@@ -91,7 +91,7 @@ def rows_of(scene, name, size, options):
     noise = numpy.sqrt(((truth["indirect"][0] - truth["indirect"][1]) ** 2).mean() / 4) / both.mean()
     row = {"scene": name, "size": f"{size[0]}x{size[1]}", "brdf": options.brdf, "truth_noise_percent": round(100 * float(noise), 2),
            "indirect_of_beauty": round(float(both.mean() / numpy.mean(truth["beauty"])), 3), "rungs": [],
-           "witness": list(witness_rows(scene, size, options.brdf, truth))}
+           "reference": list(reference_rows(scene, size, options.brdf, truth))}
     for rung in options.ladder[:options.rungs]:
         settings = {"brdf": options.brdf, **dict(word.split("=") for word in rung.split())}
         frames = [render(scene, size, "many_light", settings, seed) for seed in range(SEEDS)]

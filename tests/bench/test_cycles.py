@@ -63,9 +63,9 @@ def stage():
 
 def measured(stage, folder, is_filtered, spp=64):
     references = References(stage, folder / "cache", {"brdf": "lambert"}, 16, None)
-    witness = cycles.Cycles(stage, references)
-    time = witness.measured(SCENE, "Camera", is_filtered, {"spp": str(spp), "brdf": "lambert"}, [1, 2],
-                            lambda seed: folder / f"{is_filtered}-{seed}.exr")
+    contestant = cycles.Cycles(stage, references)
+    time = contestant.measured(SCENE, "Camera", is_filtered, {"spp": str(spp), "brdf": "lambert"}, [1, 2],
+                               lambda seed: folder / f"{is_filtered}-{seed}.exr")
     pictures = [exr.read((folder / f"{is_filtered}-{seed}.exr").read_bytes())[0] for seed in (1, 2)]
     return time, [exr.layer(planes, "indirect") for planes in pictures], pictures
 

@@ -199,7 +199,7 @@ class World:
         self.said, self.scene, self.objects, self.blob, self.techniques = [], "", [], "", []
         self.client = None
         self.connect()
-        self.witness = self.add_file("cornell.glb")
+        self.untouched = self.add_file("cornell.glb")
         self.techniques = self.ask(TECHNIQUES).techniques_reply.techniques
 
     def connect(self):
@@ -274,7 +274,7 @@ class World:
             raise Find(f"/healthz answers {status}")
         frame = bounced_pb2.FrameRequest(size=SIZE, technique="direct", encoding="none", fresh="camera",
                                          parameters=[bounced_pb2.KeyValue(key="shadow_size", value="16")])
-        answer = self.ask(bounced_pb2.Envelope(render=bounced_pb2.Render(scene=self.witness, frame=frame)))
+        answer = self.ask(bounced_pb2.Envelope(render=bounced_pb2.Render(scene=self.untouched, frame=frame)))
         self.look_alive()
         if answer is None or not answer.HasField("render_reply"):
             raise Find(f"a sound scene is not rendered: {answer}")
@@ -298,7 +298,7 @@ class World:
 
     def begin(self, file):
         """Another scene from here on; what was said before does not matter any more."""
-        if self.scene and self.scene != self.witness:
+        if self.scene and self.scene != self.untouched:
             self.http("DELETE", f"/v1/scenes/{self.scene}")
         self.connect()
         self.said = []

@@ -10,7 +10,7 @@ from bounced import exr
 from conftest import HERE
 
 sys.path.append(str(HERE / "../../clients"))
-from harness import exr as witness  # noqa: E402
+from harness import exr as harness_exr  # noqa: E402
 
 
 def planes():
@@ -22,7 +22,7 @@ def planes():
 
 def test_reads_what_an_independent_writer_wrote():
     written = planes()
-    data = witness.write(written, {"technique": "rsm"})
+    data = harness_exr.write(written, {"technique": "rsm"})
     read, strings = exr.read(data)
     assert read.keys() == written.keys() and strings == {"technique": "rsm"}
     for name, plane in written.items():
@@ -43,7 +43,7 @@ def test_channels_of_sixteen_bits(scene):
 
 
 def test_every_shortened_file_is_refused():
-    data = witness.write(planes())
+    data = harness_exr.write(planes())
     for size in range(len(data)):
         with pytest.raises(bounced.Unreachable):
             exr.read(data[:size])
@@ -52,7 +52,7 @@ def test_every_shortened_file_is_refused():
 
 
 def test_damaged_files_are_read_or_refused_and_nothing_else():
-    data = witness.write(planes(), {"name": "value"})
+    data = harness_exr.write(planes(), {"name": "value"})
     numbers = random.Random(2)
     refused = 0
     for _ in range(4000):
@@ -70,7 +70,7 @@ def test_damaged_files_are_read_or_refused_and_nothing_else():
 @pytest.mark.parametrize("place", range(3))
 def test_lines_come_in_order(place):
     """Each in the table, in its own head, and with its length."""
-    data = witness.write(planes())
+    data = harness_exr.write(planes())
     table = len(data) - 3 * (8 + 8 + 5 * 4 * len(planes()))
     at = (table + 8, table + 3 * 8, table + 3 * 8 + 4)[place]
     number = int.from_bytes(data[at:at + 4], "little") + 1
@@ -85,7 +85,7 @@ def test_lines_come_in_order(place):
     (b"channels\0chlist\0", struct.pack("<i", 1 << 30), "beyond"),
 ])
 def test_lengths_are_not_believed(place, value, why):
-    data = witness.write(planes())
+    data = harness_exr.write(planes())
     at = data.index(place) + len(place)
     with pytest.raises(bounced.Unreachable, match=why):
         exr.read(data[:at] + value + data[at + len(value):])

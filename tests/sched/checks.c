@@ -279,7 +279,7 @@ static double mean_indirect(const char *setting)
     const struct bd_image *indirect = bd_job_result(job)->layers[BD_LAYER_INDIRECT];
     double sum = 0;
     for (size_t i = 0; i < (size_t)3 * SIDE * SIDE; i++) sum += (double)indirect->pixels[i];
-    // What has no visibility says so, the witness included.
+    // What has no visibility says so, the reference included.
     assert_int_equal(has_flag(&bd_job_result(job)->report, "no_indirect_visibility"), !setting);
     bd_job_release(&job);
     return sum;

@@ -1,4 +1,4 @@
-// OpenEXR's C++ library as a witness: it writes what we read, and reads it too.
+// OpenEXR's C++ library beside our own: it writes what we read, and reads it too.
 
 #ifndef BD_TESTS_UNIT_IMAGE_EXR_CXX_H
 #define BD_TESTS_UNIT_IMAGE_EXR_CXX_H

@@ -8,7 +8,7 @@
 #include "technique/technique.h"
 #include "tests/unit/cmocka_all.h"
 
-static const struct bd_technique *const witness = &bd_technique_reference;
+static const struct bd_technique *const reference = &bd_technique_reference;
 
 // `settings` with spaces between.
 static enum bd_err read(const char *settings, struct bd_params *out, struct bd_err_detail *detail)
@@ -20,7 +20,7 @@ static enum bd_err read(const char *settings, struct bd_params *out, struct bd_e
     for (char *pair = strtok_r(copy, " ", &rest); pair; pair = strtok_r(NULL, " ", &rest))
         assert_int_equal(bd_param_list_add(&list, pair, detail), BD_ERR_OK);
     *detail = (struct bd_err_detail){0};
-    return bd_params_read(&list, witness, out, detail);
+    return bd_params_read(&list, reference, out, detail);
 }
 
 static struct bd_params good(const char *settings)
@@ -35,7 +35,7 @@ static void assert_written(const char *settings, const char *key, const char *ex
 {
     struct bd_params params = good(settings);
     struct bd_param_list list;
-    bd_params_write(&params, witness, &list);
+    bd_params_write(&params, reference, &list);
     for (uint32_t i = 0; i < list.count; i++)
         if (strcmp(list.pairs[i].key, key) == 0) {
             assert_string_equal(list.pairs[i].value, expected);
@@ -134,13 +134,13 @@ static void clients_are_told_choices_and_defaults(void **state)
 {
     (void)state;
     struct bd_param_info info;
-    bd_param_describe(witness, BD_PARAM_MODEL_OF, &info);
+    bd_param_describe(reference, BD_PARAM_MODEL_OF, &info);
     assert_string_equal(info.standard, "none");
     assert_true(info.choice_count >= 3);
     assert_string_equal(info.choices[0], "direct");
-    bd_param_describe(witness, BD_PARAM_BOUNCES, &info);
+    bd_param_describe(reference, BD_PARAM_BOUNCES, &info);
     assert_string_equal(info.standard, "inf");
-    bd_param_describe(witness, BD_PARAM_LIGHTS, &info);
+    bd_param_describe(reference, BD_PARAM_LIGHTS, &info);
     assert_int_equal(info.choice_count, 4);
     assert_string_equal(info.standard, "all");
 }

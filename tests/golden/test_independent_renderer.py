@@ -1,4 +1,4 @@
-"""Two witnesses (witnesses.py): our reference and an independent renderer tell the same story.
+"""Our reference and an independent renderer tell the same story.
 
 The goal is 1 % for each layer of each Lambertian picture, by pixel and, where noise hides less, by
 block of 8 x 8 pixels. Where more is allowed below, the difference is theirs, and
@@ -14,7 +14,7 @@ import os
 import numpy
 import pytest
 
-import witnesses
+import independent_renderer
 
 SAMPLES = int(os.environ.get("BD_WITNESS_SAMPLES", "4"))
 IS_LONG = SAMPLES >= 128
@@ -34,18 +34,18 @@ BLOCKS_HIGH_MAX = {("cornell_box", "indirect"): .04}
 
 
 def theirs_of(scene, pixel_filter):
-    if not witnesses.reference_paths(scene, pixel_filter)[0].exists():
+    if not independent_renderer.reference_paths(scene, pixel_filter)[0].exists():
         pytest.skip("the other renderer's pictures are not here")
-    return witnesses.load_theirs(scene, pixel_filter)
+    return independent_renderer.load_theirs(scene, pixel_filter)
 
 
-@pytest.mark.parametrize("scene,pixel_filter", witnesses.PICTURES)
+@pytest.mark.parametrize("scene,pixel_filter", independent_renderer.PICTURES)
 def test_layers(tmp_path, scene, pixel_filter):
     theirs = theirs_of(scene, pixel_filter)
-    ours = witnesses.render_ours(scene, pixel_filter, witnesses.size_of(theirs), SAMPLES, tmp_path)
+    ours = independent_renderer.render_ours(scene, pixel_filter, independent_renderer.size_of(theirs), SAMPLES, tmp_path)
     for layer, (by_pixel_max, by_block_max, signed_max) in BOUNDS[scene, pixel_filter].items():
         for block_px, rel_rmse_max in ((1, by_pixel_max), (BLOCK_PX, by_block_max)):
-            figure = witnesses.figure(ours[layer], theirs[layer], block_px=block_px)
+            figure = independent_renderer.figure(ours[layer], theirs[layer], block_px=block_px)
             print(scene, pixel_filter, layer, block_px, figure)
             assert figure.low <= rel_rmse_max
             if IS_LONG and block_px > 1:
@@ -64,8 +64,8 @@ def made_up(error, noise=.2, height=144, width=192):
 
 
 def test_blocks_show_what_noise_hides():
-    by_pixel = witnesses.figure(*made_up(.02))
-    by_block = witnesses.figure(*made_up(.02), block_px=8)
+    by_pixel = independent_renderer.figure(*made_up(.02))
+    by_block = independent_renderer.figure(*made_up(.02), block_px=8)
     print(by_pixel, by_block)
     assert by_pixel.low < .01 and abs(by_pixel.signed) < .005
     assert by_block.low > .015 and by_block.high < .025
@@ -73,7 +73,7 @@ def test_blocks_show_what_noise_hides():
 
 
 def test_blocks_see_nothing_where_nothing_is():
-    by_block = witnesses.figure(*made_up(0), block_px=8)
+    by_block = independent_renderer.figure(*made_up(0), block_px=8)
     print(by_block)
     assert by_block.low < 0 < by_block.high < .01
 
@@ -84,9 +84,9 @@ def test_blocks_see_nothing_where_nothing_is():
 def test_with_their_habits(tmp_path, scene, rel_rmse_max):
     """Where no two surfaces lie in one place: what rounding makes of those is anyone's."""
     theirs = theirs_of(scene, "point")["direct"]
-    size = witnesses.size_of({"direct": theirs})
-    ours, twins = witnesses.by_hand(scene, size, witnesses.HABITS, tmp_path)
-    figure = witnesses.figure([ours, ours], theirs, twins == 0)
+    size = independent_renderer.size_of({"direct": theirs})
+    ours, twins = independent_renderer.by_hand(scene, size, independent_renderer.HABITS, tmp_path)
+    figure = independent_renderer.figure([ours, ours], theirs, twins == 0)
     print(scene, figure, f"{(twins > 0).sum()} pixels with twins")
     assert (twins > 0).mean() < .01
     assert figure.low <= .01 and figure.high <= rel_rmse_max
@@ -96,12 +96,12 @@ def test_with_their_habits(tmp_path, scene, rel_rmse_max):
 @pytest.mark.skipif(IS_LONG, reason="has no samples")
 def test_each_habit_explains_some(tmp_path):
     theirs = theirs_of("sibenik", "point")["direct"]
-    size = witnesses.size_of({"direct": theirs})
+    size = independent_renderer.size_of({"direct": theirs})
     last = 1
-    for count in range(len(witnesses.HABITS) + 1):
-        habits = witnesses.HABITS[:count]
-        ours, _ = witnesses.by_hand("sibenik", size, habits, tmp_path)
-        found = witnesses.figure([ours, ours], theirs).rel_rmse
+    for count in range(len(independent_renderer.HABITS) + 1):
+        habits = independent_renderer.HABITS[:count]
+        ours, _ = independent_renderer.by_hand("sibenik", size, habits, tmp_path)
+        found = independent_renderer.figure([ours, ours], theirs).rel_rmse
         print(habits, found)
         assert found < last - .003
         last = found

@@ -1,4 +1,4 @@
-"""Two witnesses: our reference beside pictures by an independent renderer.
+"""Our reference beside pictures by an independent renderer.
 
 Figures are those of algorithms.md E: with two independent halves I1, I2 of ours and A, B of theirs,
 the mean of (I1 - A)(I2 - B) is the squared difference of what both tend to, free of either's noise.
@@ -36,7 +36,7 @@ PICTURES = [("cornell_box", "box"), ("cornell_box_spot_side", "box"),
             ("sponza_dabrovic", "point"), ("sibenik", "box"), ("sibenik", "point")]
 
 
-# What witness_direct.c can take over of their ways, in the order of server/reference/README.md, "Beside an independent renderer".
+# What direct_by_hand.c can take over of their ways, in the order of server/reference/README.md, "Beside an independent renderer".
 HABITS = ["pixel=.01", "decode_last", "bend", "soften", "twins"]
 
 
@@ -142,9 +142,9 @@ def render_ours(scene, pixel_filter, size, samples, folder):
 
 def by_hand(scene, size, habits, folder):
     """The direct layer without noise, and the share of each pixel that twin surfaces cover
-    (witness_direct.c)."""
+    (direct_by_hand.c)."""
     path = pathlib.Path(folder) / "direct.f32"
-    subprocess.run([BUILD / "tests/golden/witness_direct", SHARED / f"scenes/{scene}.glb", size,
+    subprocess.run([BUILD / "tests/golden/direct_by_hand", SHARED / f"scenes/{scene}.glb", size,
                     path, *habits], check=True)
     width, height = map(int, size.split("x"))
     planes = numpy.fromfile(path, numpy.float32).reshape(height, width, 7)

@@ -1,4 +1,4 @@
-// witness_direct SCENE.glb WxH OUT.f32 [HABIT]...
+// direct_by_hand SCENE.glb WxH OUT.f32 [HABIT]...
 //
 // The direct layer of a Lambertian scene, lit by its punctual lights, without chance: a ray grid in
 // each pixel, one ray to each light. By itself it is what the reference's direct layer tends to.
@@ -325,13 +325,13 @@ int main(int argc, char **argv)
     bool ok = argc >= 4 && sscanf(argv[2], "%ux%u", &work.width_px, &work.height_px) == 2;
     for (int i = 4; ok && i < argc; i++) ok = read_habit(argv[i], &work.habits);
     if (!ok) {
-        fprintf(stderr, "usage: witness_direct SCENE WxH OUT.f32 [HABIT]...\n");
+        fprintf(stderr, "usage: direct_by_hand SCENE WxH OUT.f32 [HABIT]...\n");
         return 2;
     }
     struct bd_err_detail detail = {0};
     enum bd_err err = load_scene(argv[1], &work.scene, &detail);
     if (!err) err = run(&work, argv[3], &detail);
     bd_scene_release(&work.scene);
-    if (err) fprintf(stderr, "witness_direct: %s: %s\n", detail.field, detail.message);
+    if (err) fprintf(stderr, "direct_by_hand: %s: %s\n", detail.field, detail.message);
     return bd_err_exit_code(err);
 }
