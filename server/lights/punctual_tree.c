@@ -25,7 +25,7 @@ static float brightest(struct bd_vec4 rgb)
 
 static bool is_parallel(const struct bd_light_uniform *punctual)
 {
-    return punctual->kind.x == BD_LIGHT_KIND_DIRECTIONAL;
+    return punctual->kind == BD_LIGHT_KIND_DIRECTIONAL;
 }
 
 // --- bounds -------------------------------------------------------------------------------------
@@ -35,13 +35,13 @@ static struct bd_punctual_bound bound_of(const struct bd_light_uniform *punctual
     if (is_parallel(punctual))
         return (struct bd_punctual_bound){.cosine = NO_COSINE,
                                           .even = brightest(punctual->intensity)};
-    const bool is_cone = punctual->kind.x == BD_LIGHT_KIND_SPOT && punctual->cone.x > ANY_COSINE;
-    const float cosine = is_cone ? punctual->cone.x : ANY_COSINE;
+    const bool is_cone = punctual->kind == BD_LIGHT_KIND_SPOT && punctual->cos_outer > ANY_COSINE;
+    const float cosine = is_cone ? punctual->cos_outer : ANY_COSINE;
     return (struct bd_punctual_bound){
         .axis = f3_from(punctual->direction),
         .cosine = cosine,
         .sine = sqrtf(fmaxf(1 - cosine * cosine, 0)),
-        .reach = punctual->position.w > 0 ? 1 / punctual->position.w : INFINITY,
+        .reach = punctual->inverse_range > 0 ? 1 / punctual->inverse_range : INFINITY,
     };
 }
 

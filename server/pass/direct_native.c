@@ -145,13 +145,13 @@ static enum bd_err fetch_rows(struct direct *d, const struct bd_tex *ids, uint32
 
 static uint32_t seen_as(const struct direct *d, uint32_t face)
 {
-    return d->light.kind.y == 1 ? LIGHT_ONE_FACE : face;
+    return d->light.face_count == 1 ? LIGHT_ONE_FACE : face;
 }
 
 static enum bd_err fetch_shadows(struct direct *d, const struct bd_tex *ids)
 {
     enum bd_err err = BD_ERR_OK;
-    for (uint32_t face = 0; !err && face < d->light.kind.y; face++)
+    for (uint32_t face = 0; !err && face < d->light.face_count; face++)
         err = fetch_rows(d, ids, face, seen_as(d, face));
     return err;
 }
@@ -192,14 +192,14 @@ static enum bd_err take_light(struct direct *d, uint32_t index)
     const size_t side = light->shadow_map->side_px;
     d->light = bd_light_setup_uniform(light->setup, &d->inputs->scene->space, (uint32_t)side);
     free(d->ids);
-    d->ids = malloc(d->light.kind.y * side * side * sizeof *d->ids);
+    d->ids = malloc(d->light.face_count * side * side * sizeof *d->ids);
     if (!d->ids)
         return bd_err_set(d->detail, BD_ERR_NO_MEMORY, "shadow_size",
-                          "no memory for a copy of %u faces of %zu texels a side", d->light.kind.y,
-                          side);
+                          "no memory for a copy of %u faces of %zu texels a side",
+                          d->light.face_count, side);
     memset(d->there, 0, sizeof d->there);
     d->shadows = (struct bd_shadow_copy){.side_px = (uint32_t)side, .triangles = d->triangles};
-    for (uint32_t face = 0; face < d->light.kind.y; face++)
+    for (uint32_t face = 0; face < d->light.face_count; face++)
         d->shadows.faces[seen_as(d, face)] = d->ids + face * side * side;
     return BD_ERR_OK;
 }

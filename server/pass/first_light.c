@@ -52,8 +52,8 @@ static void ask_punctual(const struct lighting *l, const struct bd_surface_point
 {
     const f3 direction = f3_of(punctual->direction.x, punctual->direction.y, punctual->direction.z);
     const f3 from = place->position;
-    const f3 to = punctual->kind.x == BD_LIGHT_KIND_DIRECTIONAL
-                      ? f3_sub(from, f3_scale(direction, punctual->direction.w))
+    const f3 to = punctual->kind == BD_LIGHT_KIND_DIRECTIONAL
+                      ? f3_sub(from, f3_scale(direction, punctual->distance))
                       : f3_of(punctual->position.x, punctual->position.y, punctual->position.z);
     l->brought[ray] = brings;
     if (!(brings.x > 0 || brings.y > 0 || brings.z > 0)) return;

@@ -74,7 +74,7 @@ static enum bd_err set_out_from_punctuals(struct photons *p)
             float number[2];
             bd_sequence_pair(&sequence, next, number);
             err = set_out(p, bd_punctual_ray(&in->punctuals[i], number), carried,
-                          in->punctuals[i].position.w);
+                          in->punctuals[i].inverse_range);
         }
     }
     return err;

@@ -245,8 +245,8 @@ static enum bd_err shine(struct walk *w, const struct bd_light_uniform *punctual
         bd_sequence_pair(&sequence, i, number);
         err = set_out(w, bd_punctual_ray(punctual, number),
                       (struct photon){f3_scale(flux, 1 / (float)count), f3_of(0, 0, 0),
-                                      punctual->position.w,
-                                      punctual->kind.x == BD_LIGHT_KIND_DIRECTIONAL, false});
+                                      punctual->inverse_range,
+                                      punctual->kind == BD_LIGHT_KIND_DIRECTIONAL, false});
     }
     return err;
 }

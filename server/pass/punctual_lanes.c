@@ -9,16 +9,16 @@
 void bd_punctual_lanes_put(struct bd_punctual_lanes *l, uint32_t i,
                            const struct bd_light_uniform *punctual)
 {
-    const bool parallel = punctual->kind.x == BD_LIGHT_KIND_DIRECTIONAL;
+    const bool parallel = punctual->kind == BD_LIGHT_KIND_DIRECTIONAL;
     l->x[i] = punctual->position.x;
     l->y[i] = punctual->position.y;
     l->z[i] = punctual->position.z;
     l->ahead_x[i] = punctual->direction.x;
     l->ahead_y[i] = punctual->direction.y;
     l->ahead_z[i] = punctual->direction.z;
-    l->cos_outer[i] = punctual->cone.x;
-    l->per_cosine[i] = punctual->cone.y;
-    l->inverse_range[i] = parallel ? 0 : punctual->position.w;
+    l->cos_outer[i] = punctual->cos_outer;
+    l->per_cosine[i] = punctual->per_cosine;
+    l->inverse_range[i] = parallel ? 0 : punctual->inverse_range;
     l->parallel[i] = parallel;
     l->brightest[i] =
         f_max(punctual->intensity.x, f_max(punctual->intensity.y, punctual->intensity.z));
@@ -48,7 +48,7 @@ void bd_punctual_pairs_put(struct bd_punctual_pairs *p, uint32_t i,
                            const struct bd_area_receiver *at,
                            const struct bd_light_uniform *punctual)
 {
-    const bool parallel = punctual->kind.x == BD_LIGHT_KIND_DIRECTIONAL;
+    const bool parallel = punctual->kind == BD_LIGHT_KIND_DIRECTIONAL;
     const f3 ahead = f3_of(punctual->direction.x, punctual->direction.y, punctual->direction.z);
     const f3 place = f3_of(punctual->position.x, punctual->position.y, punctual->position.z);
     f3_put_at(&p->span, i, parallel ? f3_scale(ahead, -1) : f3_sub(place, at->position));
@@ -58,9 +58,9 @@ void bd_punctual_pairs_put(struct bd_punctual_pairs *p, uint32_t i,
     f3_put_at(&p->normal, i, at->normal);
     f3_put_at(&p->viewer, i, at->viewer);
     f3_put_at(&p->base_color, i, at->base_color);
-    p->cos_outer[i] = punctual->cone.x;
-    p->per_cosine[i] = punctual->cone.y;
-    p->inverse_range[i] = parallel ? 0 : punctual->position.w;
+    p->cos_outer[i] = punctual->cos_outer;
+    p->per_cosine[i] = punctual->per_cosine;
+    p->inverse_range[i] = parallel ? 0 : punctual->inverse_range;
     p->metallic[i] = at->metallic;
     p->roughness[i] = at->roughness;
     p->f0_dielectric[i] = at->f0_dielectric;

@@ -68,9 +68,9 @@ static struct bd_segment segment_to(const struct bd_area_receiver *at,
                                     const struct bd_light_uniform *punctual)
 {
     const f3 ahead = f3_of(punctual->direction.x, punctual->direction.y, punctual->direction.z);
-    const bool parallel = punctual->kind.x == BD_LIGHT_KIND_DIRECTIONAL;
+    const bool parallel = punctual->kind == BD_LIGHT_KIND_DIRECTIONAL;
     const f3 to = parallel
-                      ? f3_sub(at->position, f3_scale(ahead, punctual->direction.w))
+                      ? f3_sub(at->position, f3_scale(ahead, punctual->distance))
                       : f3_of(punctual->position.x, punctual->position.y, punctual->position.z);
     return (struct bd_segment){.from = {at->position.x, at->position.y, at->position.z},
                                .from_triangle = at->triangle,

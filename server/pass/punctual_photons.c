@@ -14,8 +14,8 @@ struct cone {
 
 static struct cone cone_of(const struct bd_light_uniform *punctual)
 {
-    const float rim = 1 / punctual->cone.y;
-    return (struct cone){punctual->cone.x, rim, 1 - punctual->cone.x - rim};
+    const float rim = 1 / punctual->per_cosine;
+    return (struct cone){punctual->cos_outer, rim, 1 - punctual->cos_outer - rim};
 }
 
 // The cosine before which this part of the cone's light lies, counted from its edge.
@@ -30,9 +30,9 @@ f3 bd_punctual_flux(const struct bd_light_uniform *punctual)
 {
     const f3 intensity = f3_from(&punctual->intensity);
     const struct cone cone = cone_of(punctual);
-    switch (punctual->kind.x) {
+    switch (punctual->kind) {
     case BD_LIGHT_KIND_DIRECTIONAL:
-        return f3_scale(intensity, 4 * punctual->axis_x.w * punctual->axis_y.w);
+        return f3_scale(intensity, 4 * punctual->half_width * punctual->half_height);
     case BD_LIGHT_KIND_SPOT:
         return f3_scale(intensity, 2 * F_PI * (cone.rim / 3 + cone.inside));
     default:
@@ -43,13 +43,14 @@ f3 bd_punctual_flux(const struct bd_light_uniform *punctual)
 f3 bd_punctual_irradiance(const struct bd_light_uniform *punctual, f3 position, f3 normal)
 {
     const f3 direction = f3_from(&punctual->direction), intensity = f3_from(&punctual->intensity);
-    if (punctual->kind.x == BD_LIGHT_KIND_DIRECTIONAL)
+    if (punctual->kind == BD_LIGHT_KIND_DIRECTIONAL)
         return f3_scale(intensity, f_max(-f3_dot(normal, direction), 0));
     const f3 span = f3_sub(f3_from(&punctual->position), position);
     const float distance = f_sqrt(f_max(f3_dot(span, span), 1e-30f));
     const float cosine = f_max(f3_dot(normal, span), 0) / distance;
-    return f3_scale(intensity, cosine * irradiance_at(span, direction, punctual->cone.x,
-                                                      punctual->cone.y, punctual->position.w));
+    return f3_scale(intensity,
+                    cosine * irradiance_at(span, direction, punctual->cos_outer,
+                                           punctual->per_cosine, punctual->inverse_range));
 }
 
 static struct bd_ray ray_of(f3 origin, f3 direction)
@@ -64,14 +65,14 @@ struct bd_ray bd_punctual_ray(const struct bd_light_uniform *punctual, const flo
 {
     const f3 position = f3_from(&punctual->position), ahead = f3_from(&punctual->direction);
     const struct bd_basis basis = {f3_from(&punctual->axis_x), f3_from(&punctual->axis_y)};
-    if (punctual->kind.x == BD_LIGHT_KIND_DIRECTIONAL) {
-        const float across = (2 * number[0] - 1) * punctual->axis_x.w;
-        const float up = (2 * number[1] - 1) * punctual->axis_y.w;
+    if (punctual->kind == BD_LIGHT_KIND_DIRECTIONAL) {
+        const float across = (2 * number[0] - 1) * punctual->half_width;
+        const float up = (2 * number[1] - 1) * punctual->half_height;
         const f3 from = bd_from_basis(&basis, ahead, f3_of(across, up, 0));
         return ray_of(f3_add(position, from), ahead);
     }
     const struct cone cone = cone_of(punctual);
-    const float cosine = punctual->kind.x == BD_LIGHT_KIND_SPOT ? cosine_in_cone(&cone, number[0])
-                                                                : 2 * number[0] - 1;
+    const float cosine =
+        punctual->kind == BD_LIGHT_KIND_SPOT ? cosine_in_cone(&cone, number[0]) : 2 * number[0] - 1;
     return ray_of(position, bd_from_basis(&basis, ahead, bd_direction_at(cosine, number[1])));
 }

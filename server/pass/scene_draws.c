@@ -69,13 +69,13 @@ static void set_triangles(const struct seen_scene *seen, const struct bd_scene_s
     call->index_offset_bytes = 3 * sizeof(uint32_t) * (size_t)first_triangle;
     if (span->is_listed) {
         call->indices = seen->list_indices;
-        material->triangles.z = first_triangle;
+        material->triangle_list = first_triangle;
         call->bindings.arrays[BD_UNIT_TRIANGLE_LIST] = seen->list;
         return;
     }
     call->indices = draw->mesh->indices;
     call->index_offset_bytes += draw->primitive->index_offset_bytes;
-    material->triangles.x += first_triangle;
+    material->first_triangle += first_triangle;
 }
 
 static enum bd_err record_part(struct bd_gpu *gpu, const struct bd_scene_draws *draws,

@@ -67,13 +67,17 @@ struct bd_material_uniform bd_material_uniform_of(const struct bd_scene_draws *d
     const float *e = m->unlit ? unlit : m->emissive;
     struct bd_material_uniform u = {
         .base_color = {m->base_color[0], m->base_color[1], m->base_color[2], m->base_color[3]},
-        .emissive = {e[0] * per_unit, e[1] * per_unit, e[2] * per_unit, alpha_cutoff_of(m)},
-        .surface = {m->metallic, m->roughness, m->normal_scale, f0_of_ior(m->ior)},
-        .flags = {(m->double_sided ? BD_MATERIAL_DOUBLE_SIDED : 0) |
-                      (m->unlit ? BD_MATERIAL_UNLIT : 0) |
-                      (draw->run->mirrored ? BD_MATERIAL_MIRRORED : 0),
-                  0, 0, 0},
-        .triangles = {(uint32_t)draw->run->first_triangle, draw->run->triangles_per_instance, 0, 0},
+        .emissive = {e[0] * per_unit, e[1] * per_unit, e[2] * per_unit, 0},
+        .metallic = m->metallic,
+        .roughness = m->roughness,
+        .normal_scale = m->normal_scale,
+        .f0_dielectric = f0_of_ior(m->ior),
+        .alpha_cutoff = alpha_cutoff_of(m),
+        .flags = (m->double_sided ? BD_MATERIAL_DOUBLE_SIDED : 0) |
+                 (m->unlit ? BD_MATERIAL_UNLIT : 0) |
+                 (draw->run->mirrored ? BD_MATERIAL_MIRRORED : 0),
+        .first_triangle = (uint32_t)draw->run->first_triangle,
+        .triangles_per_instance = draw->run->triangles_per_instance,
     };
     set_uv_rows(u.base_color_uv, &m->base_color_map);
     set_uv_rows(u.metallic_roughness_uv, &m->metallic_roughness_map);

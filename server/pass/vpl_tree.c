@@ -88,7 +88,7 @@ static bool is_far(const struct bd_vpl_tree_inputs *inputs)
 static struct bd_light_uniform light_uniform(const struct bd_vpl_tree_inputs *inputs)
 {
     if (inputs->light) return bd_light_setup_uniform(inputs->light, inputs->space, 0);
-    return (struct bd_light_uniform){.kind = {BD_LIGHT_KIND_DIRECTIONAL, 0, 0, 0}};
+    return (struct bd_light_uniform){.kind = BD_LIGHT_KIND_DIRECTIONAL};
 }
 
 // --- on the device ------------------------------------------------------------------------------

@@ -112,9 +112,9 @@ struct bd_viewpoint bd_light_setup_viewpoint(const struct bd_light_setup *setup,
     return v;
 }
 
-static struct bd_vec4 vec4_from(bd_dvec3 v, double w)
+static struct bd_vec4 vec4_from(bd_dvec3 v)
 {
-    return (struct bd_vec4){(float)v.x, (float)v.y, (float)v.z, (float)w};
+    return (struct bd_vec4){(float)v.x, (float)v.y, (float)v.z, 0};
 }
 
 struct bd_light_uniform bd_light_setup_uniform(const struct bd_light_setup *setup,
@@ -133,15 +133,22 @@ struct bd_light_uniform bd_light_setup_uniform(const struct bd_light_setup *setu
     double extent = directional ? space->render_per_m : 1;
     bool unlimited = directional || !isfinite(range);
     return (struct bd_light_uniform){
-        .position = vec4_from(bd_render_from_world(space, at->position), unlimited ? 0 : 1 / range),
-        .direction = vec4_from(bd_dvec3_scale(at->axis_z, -1), setup->depth_m * space->render_per_m),
+        .position = vec4_from(bd_render_from_world(space, at->position)),
+        .direction = vec4_from(bd_dvec3_scale(at->axis_z, -1)),
         .intensity = {(float)(light->color[0] * intensity), (float)(light->color[1] * intensity),
                       (float)(light->color[2] * intensity), 0},
-        .cone = {(float)cos_outer, (float)(1 / fmax(cos_inner - cos_outer, 1e-7)), 0, 0},
-        .kind = {(uint32_t)light->kind, setup->face_count, side_px, 0},
-        .axis_x = vec4_from(at->axis_x, setup->half_width * extent),
-        .axis_y = vec4_from(at->axis_y, setup->half_height * extent),
-        .axis_z = vec4_from(at->axis_z, 0),
+        .axis_x = vec4_from(at->axis_x),
+        .axis_y = vec4_from(at->axis_y),
+        .axis_z = vec4_from(at->axis_z),
+        .inverse_range = unlimited ? 0 : (float)(1 / range),
+        .distance = (float)(setup->depth_m * space->render_per_m),
+        .half_width = (float)(setup->half_width * extent),
+        .half_height = (float)(setup->half_height * extent),
+        .cos_outer = (float)cos_outer,
+        .per_cosine = (float)(1 / fmax(cos_inner - cos_outer, 1e-7)),
+        .kind = (uint32_t)light->kind,
+        .face_count = setup->face_count,
+        .face_side_px = side_px,
     };
 }
 

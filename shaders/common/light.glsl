@@ -5,10 +5,10 @@
 
 layout(std140, binding = BD_UNIFORM_LIGHT) uniform light_block { bd_light_uniform light; };
 
-float range_window(float distance) { return window_of_range(distance, light.position.w); }
+float range_window(float distance) { return window_of_range(distance, light.inverse_range); }
 
 // A light of one face is seen as the last of six.
-uint face_in_frame(uint face) { return light.kind.y == 1u ? LIGHT_ONE_FACE : face; }
+uint face_in_frame(uint face) { return light.face_count == 1u ? LIGHT_ONE_FACE : face; }
 
 // Unit direction of face `face`'s axes in render space; it looks along -z.
 void light_face_axes(uint face, out vec3 x, out vec3 y, out vec3 z)

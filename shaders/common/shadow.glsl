@@ -41,8 +41,8 @@ bool segment_intersects_small_triangle(vec3 origin, vec3 span, uint id, float te
 
 float texel_side_at(vec3 from_light)
 {
-    bool directional = light.kind.x == BD_LIGHT_KIND_DIRECTIONAL;
-    return shadow_texel_side(light.axis_x.w, light.axis_y.w, float(light.kind.z),
+    bool directional = light.kind == BD_LIGHT_KIND_DIRECTIONAL;
+    return shadow_texel_side(light.half_width, light.half_height, float(light.face_side_px),
                              directional ? 1.0 : length(from_light));
 }
 
@@ -50,17 +50,17 @@ float texel_side_at(vec3 from_light)
 vec2 shadow_texel(vec3 from_light, out uint face)
 {
     vec3 d = in_light_frame(from_light);
-    face = light.kind.y == 1u ? 0u : face_towards(d);
+    face = light.face_count == 1u ? 0u : face_towards(d);
     vec3 seen = seen_from_face(d, face_in_frame(face));
-    float side = float(light.kind.z);
-    float reach = light.kind.x == BD_LIGHT_KIND_DIRECTIONAL ? 1.0 : max(seen.z, 1e-20);
-    return vec2(shadow_texel_at(seen.x, light.axis_x.w, reach, side),
-                shadow_texel_at(-seen.y, light.axis_y.w, reach, side));
+    float side = float(light.face_side_px);
+    float reach = light.kind == BD_LIGHT_KIND_DIRECTIONAL ? 1.0 : max(seen.z, 1e-20);
+    return vec2(shadow_texel_at(seen.x, light.half_width, reach, side),
+                shadow_texel_at(-seen.y, light.half_height, reach, side));
 }
 
 uint shadow_id(ivec2 texel, uint face)
 {
-    int last = int(light.kind.z) - 1;
+    int last = int(light.face_side_px) - 1;
     return texelFetch(shadow_ids, ivec3(clamp(texel, ivec2(0), ivec2(last)), face), 0).x;
 }
 

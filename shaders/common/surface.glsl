@@ -63,14 +63,14 @@ vec4 surface_base_color()
 void discard_by_alpha(float alpha)
 {
 #ifdef BD_ALPHA_MASK
-    if (alpha < material.emissive.w) discard;
+    if (alpha < material.alpha_cutoff) discard;
 #endif
 }
 
 // x = metallic, y = perceptual roughness.
 vec2 surface_metallic_roughness()
 {
-    vec2 m = material.surface.xy;
+    vec2 m = vec2(material.metallic, material.roughness);
 #ifdef BD_METALLIC_ROUGHNESS_MAP
     m *= textureLod(metallic_roughness_map, map_uv(material.metallic_roughness_uv), 0.0).bg;
 #endif
@@ -95,7 +95,7 @@ vec3 render_from_view(vec3 d)
 uint triangle_in_instance()
 {
 #ifdef BD_TRIANGLE_LIST
-    uint at = material.triangles.z + uint(gl_PrimitiveID);
+    uint at = material.triangle_list + uint(gl_PrimitiveID);
     return uint(BD_LOAD(triangle_list, at / 4u)[at % 4u]);
 #else
     return uint(gl_PrimitiveID);
@@ -105,9 +105,9 @@ uint triangle_in_instance()
 uint triangle_id()
 {
 #ifdef BD_POINTS
-    return material.triangles.x + instance_in_draw;
+    return material.first_triangle + instance_in_draw;
 #else
-    return material.triangles.x + instance_in_draw * material.triangles.y + triangle_in_instance();
+    return material.first_triangle + instance_in_draw * material.triangles_per_instance + triangle_in_instance();
 #endif
 }
 
@@ -136,7 +136,7 @@ vec3 geometric_normal()
 bool shows_back()
 {
 #ifdef BD_POINTS
-    bool mirrored = (material.flags.x & BD_MATERIAL_MIRRORED) != 0u;
+    bool mirrored = (material.flags & BD_MATERIAL_MIRRORED) != 0u;
     return dot(triangle_normal(), to_viewer()) < 0.0 != mirrored;
 #else
     return !gl_FrontFacing;
@@ -151,10 +151,10 @@ vec3 shading_normal(vec3 geometric)
 {
     vec3 n = normal_rs;
 #ifdef BD_NORMAL_MAP
-    bool mirrored = (material.flags.x & BD_MATERIAL_MIRRORED) != 0u;
+    bool mirrored = (material.flags & BD_MATERIAL_MIRRORED) != 0u;
     vec3 b = cross(n, tangent_rs.xyz) * (mirrored ? -tangent_rs.w : tangent_rs.w);
     vec3 m = textureLod(normal_map, map_uv(material.normal_uv), 0.0).xyz * 2.0 - 1.0;
-    m.xy *= material.surface.z;
+    m.xy *= material.normal_scale;
     vec3 bent = tangent_rs.xyz * m.x + b * m.y + n * m.z;
     if (dot(bent, bent) > 0.0) n = bent;
 #endif

@@ -40,7 +40,7 @@ ivec2 block_begin = ivec2(0), block_end = ivec2(0);
 uint face = 0u;
 vec3 face_x = vec3(0.0), face_y = vec3(0.0), face_z = vec3(0.0);
 
-bool directional() { return light.kind.x == BD_LIGHT_KIND_DIRECTIONAL; }
+bool directional() { return light.kind == BD_LIGHT_KIND_DIRECTIONAL; }
 
 texel load_texel(ivec2 at)
 {
@@ -160,8 +160,8 @@ bool on_same_surface(texel a, texel b)
 // Where the light's ray through a point of the face meets the patch's plane, from its centre.
 vec3 on_plane(vec2 texel_at, vec3 centre, vec3 normal)
 {
-    vec2 extent = vec2(light.axis_x.w, -light.axis_y.w);
-    vec2 lateral = (texel_at / float(light.kind.z) * 2.0 - 1.0) * extent;
+    vec2 extent = vec2(light.half_width, -light.half_height);
+    vec2 lateral = (texel_at / float(light.face_side_px) * 2.0 - 1.0) * extent;
     vec3 across = face_x * lateral.x + face_y * lateral.y;
     vec3 start = light.position.xyz;
     vec3 ray = across - face_z;

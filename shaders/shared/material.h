@@ -6,11 +6,23 @@
 
 struct bd_material_uniform {
     BD_VEC4 base_color;
-    BD_VEC4 emissive;       // xyz cd/m^2 in the frame's light unit; w = alpha cut-off
-    BD_VEC4 surface;        // metallic, roughness, normal scale, F0 of a dielectric
-    BD_UVEC4 flags;         // x = BD_MATERIAL_*
-    BD_UVEC4 triangles;     // x = first triangle of the draw, y = triangles an instance,
-                            // z = where its list of triangles begins (BD_TRIANGLE_LIST)
+    BD_VEC4 emissive; // xyz cd/m^2 in the frame's light unit
+
+    BD_FLOAT metallic;
+    BD_FLOAT roughness;
+    BD_FLOAT normal_scale;
+    BD_FLOAT f0_dielectric;
+
+    BD_FLOAT alpha_cutoff;
+    BD_UINT flags;          // BD_MATERIAL_*
+    BD_UINT first_triangle; // of the draw
+    BD_UINT triangles_per_instance;
+
+    BD_UINT triangle_list; // where it begins (BD_TRIANGLE_LIST)
+    BD_UINT unused_0;
+    BD_UINT unused_1;
+    BD_UINT unused_2;
+
     BD_VEC4 base_color_uv[2]; // rows of the texture transform; row 0's w = UV set
     BD_VEC4 metallic_roughness_uv[2];
     BD_VEC4 normal_uv[2];

@@ -52,14 +52,17 @@ static struct bd_light_uniform lamp_of(uint32_t *state)
     const float least = is_spot ? cosf(outer) : -3, rim = is_spot ? cosf(inner) - cosf(outer) : 1;
     const float intensity = .1f + next(state), range = next(state) < .5f ? 2 : 0;
     return (struct bd_light_uniform){
-        .position = vec4_of(anywhere(state, 1), range),
-        .direction = vec4_of(f3_unit(anywhere(state, 1)), 4),
+        .position = vec4_of(anywhere(state, 1), 0),
+        .direction = vec4_of(f3_unit(anywhere(state, 1)), 0),
         .intensity = {intensity, .5f * intensity, .2f, 0},
-        .cone = {least, 1 / fmaxf(rim, 1e-7f), 0, 0},
-        .kind = {next(state) < .01f ? BD_LIGHT_KIND_DIRECTIONAL
-                 : is_spot          ? kind
-                                    : BD_LIGHT_KIND_POINT,
-                 1, 0, 0},
+        .inverse_range = range,
+        .distance = 4,
+        .cos_outer = least,
+        .per_cosine = 1 / fmaxf(rim, 1e-7f),
+        .kind = next(state) < .01f ? BD_LIGHT_KIND_DIRECTIONAL
+                : is_spot          ? kind
+                                   : BD_LIGHT_KIND_POINT,
+        .face_count = 1,
     };
 }
 
@@ -77,11 +80,11 @@ static float given_by(const struct bd_light_uniform *lamp, f3 at, f3 normal)
 {
     const f3 ahead = f3_of(lamp->direction.x, lamp->direction.y, lamp->direction.z);
     const f3 place = f3_of(lamp->position.x, lamp->position.y, lamp->position.z);
-    if (lamp->kind.x == BD_LIGHT_KIND_DIRECTIONAL)
+    if (lamp->kind == BD_LIGHT_KIND_DIRECTIONAL)
         return lamp->intensity.x * f_max(-f3_dot(ahead, normal), 0);
     const f3 span = f3_sub(place, at);
     return lamp->intensity.x * f_max(f3_dot(f3_unit(span), normal), 0) *
-           irradiance_at(span, ahead, lamp->cone.x, lamp->cone.y, lamp->position.w);
+           irradiance_at(span, ahead, lamp->cos_outer, lamp->per_cosine, lamp->inverse_range);
 }
 
 // Every lamp is once below a cut, or gives no point of the box anything.

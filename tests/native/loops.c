@@ -698,20 +698,29 @@ static uint16_t unorm(void)
 
 static void set_lights(struct scenery *s)
 {
-    static const struct bd_uvec4 kinds[4] = {{BD_LIGHT_KIND_POINT, 6, MAP_TEXELS, 0},
-                                             {BD_LIGHT_KIND_SPOT, 1, MAP_TEXELS, 0},
-                                             {BD_LIGHT_KIND_SPOT, 6, MAP_TEXELS, 0},
-                                             {BD_LIGHT_KIND_DIRECTIONAL, 1, MAP_TEXELS, 0}};
+    static const struct {
+        uint32_t kind, face_count;
+    } kinds[4] = {{BD_LIGHT_KIND_POINT, 6},
+                  {BD_LIGHT_KIND_SPOT, 1},
+                  {BD_LIGHT_KIND_SPOT, 6},
+                  {BD_LIGHT_KIND_DIRECTIONAL, 1}};
     for (int k = 0; k < 4; k++)
         s->lights[k] = (struct bd_light_uniform){
-            .position = {.1f, .3f, 1, .2f},
-            .direction = {0, 0, -1, 2},
+            .position = {.1f, .3f, 1, 0},
+            .direction = {0, 0, -1, 0},
             .intensity = {3, 2, 1, 0},
-            .cone = {kinds[k].x == BD_LIGHT_KIND_SPOT ? .6f : -3, kinds[k].y == 1 ? 5 : 1, 0, 0},
-            .kind = kinds[k],
-            .axis_x = {1, 0, 0, 1},
-            .axis_y = {0, 1, 0, 1},
+            .axis_x = {1, 0, 0, 0},
+            .axis_y = {0, 1, 0, 0},
             .axis_z = {0, 0, 1, 0},
+            .inverse_range = .2f,
+            .distance = 2,
+            .half_width = 1,
+            .half_height = 1,
+            .cos_outer = kinds[k].kind == BD_LIGHT_KIND_SPOT ? .6f : -3,
+            .per_cosine = kinds[k].face_count == 1 ? 5 : 1,
+            .kind = kinds[k].kind,
+            .face_count = kinds[k].face_count,
+            .face_side_px = MAP_TEXELS,
         };
 }
 

@@ -96,8 +96,9 @@ aim_at(const struct surface *restrict s, const struct bd_light_uniform *restrict
        bool directional, struct arrival *restrict arrival, struct bd_native_aim *restrict aim)
 {
     const f3 place = f3_from(&light->position), direction = f3_from(&light->direction);
-    const f3 intensity = f3_from(&light->intensity), far = f3_scale(direction, -light->direction.w);
-    const float outer = light->cone.x, per_cosine = light->cone.y, range = light->position.w;
+    const f3 intensity = f3_from(&light->intensity), far = f3_scale(direction, -light->distance);
+    const float outer = light->cos_outer, per_cosine = light->per_cosine,
+                range = light->inverse_range;
     LANES(i)
     {
         const f3 position = f3_at(&s->position, i), normal = f3_at(&s->normal, i);
@@ -135,8 +136,8 @@ find_texels(const struct bd_light_uniform *restrict light, const struct bd_lanes
             const uint32_t *restrict face, bool directional, struct bd_native_texels *restrict t)
 {
     const f3 place = f3_from(&light->position);
-    const float half_width = light->axis_x.w, half_height = light->axis_y.w;
-    const float side = (float)light->kind.z;
+    const float half_width = light->half_width, half_height = light->half_height;
+    const float side = (float)light->face_side_px;
     LANES(i)
     {
         const f3 from_light = f3_sub(f3_at(origin, i), place);
@@ -172,7 +173,7 @@ static inline __attribute__((always_inline)) void aim_by(const struct surface *s
 {
     aim_at(s, light, directional, arrival, aim);
     LANES(i) aim->face[i] = LIGHT_ONE_FACE;
-    if (light->kind.y > 1) find_faces(light, &aim->origin, aim->face);
+    if (light->face_count > 1) find_faces(light, &aim->origin, aim->face);
     find_texels(light, &aim->origin, aim->face, directional, &aim->texel);
 }
 
@@ -188,7 +189,7 @@ void WIDE(bd_native_aim)(const struct bd_native_pixels *pixels, uint32_t first,
     find_places(pixels->view, &place, pixels->depth + at, &s);
     find_normals(pixels->normals + 4 * at, &s);
     find_materials(pixels->albedo + 4 * at, pixels->material + 4 * at, place.exists, &s);
-    if (light->kind.x == BD_LIGHT_KIND_DIRECTIONAL) // a copy of the loops for each kind
+    if (light->kind == BD_LIGHT_KIND_DIRECTIONAL) // a copy of the loops for each kind
         aim_by(&s, light, true, &arrival, aim);
     else
         aim_by(&s, light, false, &arrival, aim);

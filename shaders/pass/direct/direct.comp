@@ -12,13 +12,13 @@ layout(binding = 0, rgba32f) uniform image2D radiance;
 // Vector to the light, its whole length, and the irradiance at normal incidence.
 vec3 span_to_light(vec3 position, out vec3 irradiance)
 {
-    if (light.kind.x == BD_LIGHT_KIND_DIRECTIONAL) {
+    if (light.kind == BD_LIGHT_KIND_DIRECTIONAL) {
         irradiance = light.intensity.xyz;
-        return -light.direction.xyz * light.direction.w;
+        return -light.direction.xyz * light.distance;
     }
     vec3 span = light.position.xyz - position;
-    irradiance = light.intensity.xyz * irradiance_at(span, light.direction.xyz, light.cone.x,
-                                                     light.cone.y, light.position.w);
+    irradiance = light.intensity.xyz * irradiance_at(span, light.direction.xyz, light.cos_outer,
+                                                     light.per_cosine, light.inverse_range);
     return span;
 }
 
@@ -32,7 +32,7 @@ vec3 light_radiance(receiver r, ivec2 pixel)
     if (cosine <= 0.0 || dot(r.normal_geometric, l) <= 0.0) return vec3(0.0);
     uint own_id = texelFetch(gbuffer_triangle, pixel, 0).x;
     vec3 origin = shadow_origin(r.position, r.relative_position, r.normal_geometric, l);
-    if (light.kind.x != BD_LIGHT_KIND_DIRECTIONAL) span = light.position.xyz - origin;
+    if (light.kind != BD_LIGHT_KIND_DIRECTIONAL) span = light.position.xyz - origin;
     if (segment_is_blocked(origin, span, own_id)) return vec3(0.0);
     vec3 v = direction_to_viewer(r.relative_position);
     vec3 f = brdf(r.base_color, r.metallic, r.roughness, r.f0_dielectric, r.normal, l, v);

@@ -16,12 +16,12 @@ void main()
     vec4 base_color = surface_base_color();
     discard_by_alpha(base_color.a);
     vec3 ng = geometric_normal();
-    bool unlit = (material.flags.x & BD_MATERIAL_UNLIT) != 0u;
+    bool unlit = (material.flags & BD_MATERIAL_UNLIT) != 0u;
     vec2 metallic_roughness = surface_metallic_roughness();
     out_depth = -position_vs.z;
     out_normals = pack_normals_precisely(shading_normal(ng), ng);
     out_albedo = vec4(base_color.rgb, metallic_roughness.x);
-    out_material = vec4(metallic_roughness.y, material.surface.w, unlit ? 1.0 : 0.0, 1.0);
+    out_material = vec4(metallic_roughness.y, material.f0_dielectric, unlit ? 1.0 : 0.0, 1.0);
     out_triangle = triangle_id() + 1u;
 #ifdef BD_EMISSION
     out_emission = vec4(unlit ? base_color.rgb * material.emissive.xyz : surface_emission(), 1.0);

@@ -15,8 +15,8 @@ void main()
     vec3 ng = geometric_normal();
     // Every triangle blocks light, but the back of a single-sided one is black, and so is
     // everything unlit.
-    bool back = shows_back() && (material.flags.x & BD_MATERIAL_DOUBLE_SIDED) == 0u;
-    bool unlit = (material.flags.x & BD_MATERIAL_UNLIT) != 0u;
+    bool back = shows_back() && (material.flags & BD_MATERIAL_DOUBLE_SIDED) == 0u;
+    bool unlit = (material.flags & BD_MATERIAL_UNLIT) != 0u;
     float diffuse = back || unlit ? 0.0 : 1.0;
 #ifndef BD_LAMBERT
     diffuse *= 1.0 - surface_metallic_roughness().x;

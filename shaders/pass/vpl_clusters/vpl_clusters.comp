@@ -23,6 +23,6 @@ void main()
     if (i >= args.fragment_count) return;
     uint at = args.first_fragment + i, fragment = fragments[at], level = BD_FRAGMENT_LEVEL(fragment);
     ivec2 begin = ivec2(BD_FRAGMENT_X(fragment), BD_FRAGMENT_Y(fragment)) << int(level);
-    ivec2 end = min(begin + (1 << int(level)), ivec2(light.kind.z));
+    ivec2 end = min(begin + (1 << int(level)), ivec2(light.face_side_px));
     make_vpl(begin, end, args.vpls_before + at);
 }

@@ -12,7 +12,7 @@ layout(std140, binding = BD_UNIFORM_ARGS) uniform args_block { bd_vpl_grid_args 
 #include "common/vpl_block.glsl"
 
 // First texel of a block's row or column; the last block ends at the map's side.
-int first_texel(uint block) { return int(block * light.kind.z / args.grid_side); }
+int first_texel(uint block) { return int(block * light.face_side_px / args.grid_side); }
 
 void main()
 {

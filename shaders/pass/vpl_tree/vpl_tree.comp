@@ -56,7 +56,7 @@ tree_node leaf(uint face, uint morton)
     n.box_min = position.xyz - patch_reach(u, v);
     n.box_max = position.xyz + patch_reach(u, v);
     n.light_distance2 = distance2_of_light(position.xyz, light.position.xyz,
-                                           light.kind.x == BD_LIGHT_KIND_DIRECTIONAL);
+                                           light.kind == BD_LIGHT_KIND_DIRECTIONAL);
     n.near2 = normal.w;
     n.first = lobe(n.position, n.normal, 1.0);
     return n;
