@@ -67,10 +67,53 @@ static bool judges_itself(const struct bd_job *job)
            !frame->plan_only;
 }
 
+// --- the pilot ---------------------------------------------------------------------------------
+
+#define PILOT_PART     4u // of a side
+#define PILOT_LEAST_PX 24u
+// A small picture has more edges, and its filter less to smooth: by so much its estimate is above
+// the whole one's. 64x48 for 256x192 in nine scenes: .93 to 1.35, 128x96 for 512x384: 1.0 to 1.16.
+#define PILOT_EXCESS 1.1
+
+static void begin_with_pilot(struct bd_job *job)
+{
+    struct bd_frame_request *frame = &job->request.frame;
+    const uint32_t width_px = frame->width_px / PILOT_PART;
+    const uint32_t height_px = frame->height_px / PILOT_PART;
+    if (width_px < PILOT_LEAST_PX || height_px < PILOT_LEAST_PX) return;
+    if (frame->deadline_ms > 0 || bd_frame_request_is_checked(frame)) return;
+    job->asked_width_px = frame->width_px;
+    job->asked_height_px = frame->height_px;
+    job->asked_layers = frame->layers;
+    frame->width_px = width_px;
+    frame->height_px = height_px;
+    frame->layers = 1u << BD_LAYER_BEAUTY;
+}
+
+// The request as it came, but for rungs that the pilot's estimate asks for.
+static void follow_pilot(struct bd_job *job)
+{
+    struct bd_frame_request *frame = &job->request.frame;
+    const struct bd_report *report = &job->result.report;
+    struct bd_param_list better;
+    const double estimate = report->has_own_estimate ? report->own_estimate / PILOT_EXCESS : 0;
+    const uint32_t rungs = bd_improve_rungs_for_estimate(estimate);
+    if (bd_ladder_above(technique_of(frame), &frame->params, rungs, &better) > 0)
+        frame->params = better;
+    frame->width_px = job->asked_width_px;
+    frame->height_px = job->asked_height_px;
+    frame->layers = job->asked_layers;
+    job->asked_width_px = 0;
+    job->pilot_ms = report->time_ms;
+    for (uint32_t l = 0; l < BD_LAYER_COUNT; l++) bd_image_destroy(&job->result.layers[l]);
+    job->result = (struct bd_job_result){0};
+}
+
 void bd_improve_begin(struct bd_job *job)
 {
     struct bd_frame_request *frame = &job->request.frame;
     struct bd_param_list cheap;
+    if (judges_itself(job)) begin_with_pilot(job);
     if (judges_itself(job) && frame->aa > 1) {
         job->asked_aa = frame->aa;
         frame->aa = 1;
@@ -109,6 +152,12 @@ bool bd_improve_take(struct bd_job *job)
     struct bd_frame_request *frame = &job->request.frame;
     struct bd_param_list better;
     if (job->result.err || job->is_settled || frame->plan_only) return false;
+    if (job->asked_width_px > 0) {
+        follow_pilot(job);
+        return true;
+    }
+    bd_report_add_time(&job->result.report.time_ms, &job->pilot_ms);
+    job->pilot_ms = (struct bd_report_time){0};
     if (frame->budget_ms > 0) bd_report_flag(&job->result.report, "chosen_by_clock");
     const uint32_t rungs = rungs_of(job);
     const bool climbs = bd_ladder_above(technique_of(frame), &frame->params, rungs, &better) > 0;

@@ -2,6 +2,10 @@
 // (frame/report.h) is above what nobody should have to ask for, and those with a budget of time
 // while there is some left. What stands is kept, and is the answer should the better one fail.
 //
+// Of `auto` a *pilot* comes first, the same picture with a quarter of each side: by what it says of
+// itself the whole one begins on the rung that it needs, and is rendered once. What both need of the
+// lights' side the memo has.
+//
 // By its own estimate a frame is the same bytes whenever it is asked for. With a budget the clock
 // decides how far it goes, and the flag `chosen_by_clock` says so; each setting by itself has the
 // same bytes again.
@@ -29,7 +33,8 @@ uint32_t bd_improve_rungs_for_ms(const struct bd_frame_request *request,
 double bd_improve_patience_ms(double budget_ms, double spent_ms);
 
 // Changes the request to what is rendered first: with a budget its ladder's cheapest rung; of
-// `auto` one sub-frame, by which it is judged and from which the others go on.
+// `auto` a pilot, unless the picture is small, has a deadline or is checked; then one sub-frame, by
+// which it is judged and from which the others go on.
 void bd_improve_begin(struct bd_job *job);
 
 // After each frame of a job that stands. True: it is kept, and the job is to be rendered again,

@@ -19,16 +19,19 @@ struct bd_job {
     bool has_the_device_alone; // until its end: others find no room beside it. Render thread
     bool is_given_up;          // ended already, while its frame was set aside. Render thread
     struct bd_job_request request;
-    uint64_t deadline_ns;      // 0 = none
-    atomic_uint progress_ppm;  // share of the work that is done, in millionths
-    atomic_bool checking;      // the work is a spot check, not the frame
-    bool render_again;         // the check's verdict, on its way back to the render thread
-    bool is_settled;           // a kept frame stood in: nothing better is tried. Render thread
-    uint32_t asked_aa;         // sub-frames that follow the first, by which it is judged; 0 = none
-    double improved_ms;        // spent of its budget (sched/improve.h). Render thread
-    uint64_t budget_ends_ns;   // for the frame that is to be better; 0 = none. Render thread
-    struct bd_standby *standby; // NULL unless a cheaper frame may stand in (sched/standby.h)
-    struct bd_job_check *check; // NULL unless its error is to be estimated (sched/job_check.h)
+    uint64_t deadline_ns;     // 0 = none
+    atomic_uint progress_ppm; // share of the work that is done, in millionths
+    atomic_bool checking;     // the work is a spot check, not the frame
+    bool render_again;        // the check's verdict, on its way back to the render thread
+    bool is_settled;          // a kept frame stood in: nothing better is tried. Render thread
+    uint32_t asked_aa;        // sub-frames that follow the first, by which it is judged; 0 = none
+    // Size and layers of what follows a pilot (sched/improve.h), 0 = none; and what that took.
+    uint32_t asked_width_px, asked_height_px, asked_layers;
+    struct bd_report_time pilot_ms; // until it is in a report
+    double improved_ms;             // spent of its budget (sched/improve.h). Render thread
+    uint64_t budget_ends_ns;        // for the frame that is to be better; 0 = none. Render thread
+    struct bd_standby *standby;     // NULL unless a cheaper frame may stand in (sched/standby.h)
+    struct bd_job_check *check;     // NULL unless its error is to be estimated (sched/job_check.h)
     // What its frame makes, until it is at its end. Render thread. The frame of a job that was
     // cancelled while aside is unwound when it gets the device back: `result` was the client's by
     // then.

@@ -313,14 +313,18 @@ static void oversize_is_refused_by_name(void **state)
     bd_scene_release(&scene);
 }
 
-static bool was_reused(const struct bd_job *job, const char *pass)
+static bool is_reused(const struct bd_report *report, const char *pass)
 {
-    const struct bd_report *report = &bd_job_result(job)->report;
     for (uint32_t p = 0; p < report->pass_count; p++)
         if (strcmp(report->passes[p].name, pass) == 0)
             return report->passes[p].state == BD_PASS_REUSED;
     fail_msg("no pass %s", pass);
     return false;
+}
+
+static bool was_reused(const struct bd_job *job, const char *pass)
+{
+    return is_reused(&bd_job_result(job)->report, pass);
 }
 
 static struct bd_job *rendered(struct bd_sched *sched, const struct bd_job_request *request)
@@ -433,6 +437,46 @@ static void auto_is_content_with_little_doubt(void **state)
     bd_scene_release(&scene);
 }
 
+// What a pilot tells of a picture need not be found out by rendering all of it: its one G-buffer
+// was made for the frame that is the answer. Pictures that are too small have none, nor have those
+// with a deadline; nor do its size and layers show.
+static void a_pilot_finds_the_rung(void **state)
+{
+    struct bd_scene *scene = create_noisy_scene();
+    static const struct {
+        uint32_t side_px, deadline_ms;
+        bool has_pilot;
+    } cases[] = {{160, 0, true}, {80, 0, false}, {152, 3600000, false}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        struct bd_job_request request = noisy_request(scene);
+        request.frame.width_px = cases[i].side_px;
+        request.frame.height_px = cases[i].side_px + 1;
+        request.frame.deadline_ms = cases[i].deadline_ms;
+        request.frame.layers |= 1u << BD_LAYER_NORMAL;
+        request.improves = true;
+        struct bd_job *job = rendered(*state, &request);
+        const struct bd_report *report = &bd_job_result(job)->report;
+        const struct bd_image *beauty = bd_job_result(job)->layers[BD_LAYER_BEAUTY];
+        print_message("    %u px: rays=%s, %.2f %% by its own estimate, G-buffer %s\n",
+                      cases[i].side_px, value_of(report, "rays"), 100 * report->own_estimate,
+                      is_reused(report, "gbuffer") ? "reused" : "made");
+        assert_int_equal(beauty->width_px, cases[i].side_px);
+        assert_int_equal(beauty->height_px, cases[i].side_px + 1);
+        assert_non_null(bd_job_result(job)->layers[BD_LAYER_NORMAL]);
+        assert_true(atoi(value_of(report, "rays")) > 2 && report->own_estimate <= 0.05);
+        assert_int_equal(is_reused(report, "gbuffer"), !cases[i].has_pilot);
+        request.frame.params = report->params;
+        request.improves = false;
+        strcpy(request.frame.technique, report->technique);
+        struct bd_job *again = rendered(*state, &request);
+        assert_memory_equal(beauty->pixels, bd_job_result(again)->layers[BD_LAYER_BEAUTY]->pixels,
+                            16 * (size_t)beauty->width_px * beauty->height_px);
+        bd_job_release(&again);
+        bd_job_release(&job);
+    }
+    bd_scene_release(&scene);
+}
+
 static uint32_t count_flags(const struct bd_report *report, const char *start)
 {
     uint32_t count = 0;
@@ -525,6 +569,7 @@ int main(void)
         WITH_SCHED(oversize_is_refused_by_name),
         WITH_SCHED(a_pose_sees_what_its_camera_sees),
         WITH_SCHED(auto_is_content_with_little_doubt),
+        WITH_SCHED(a_pilot_finds_the_rung),
         WITH_SCHED(what_comes_too_late_leaves_what_stood),
         WITH_SCHED(a_budget_goes_as_far_as_it_lasts),
         cmocka_unit_test(no_such_device_says_what_was_tried),
