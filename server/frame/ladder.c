@@ -53,7 +53,8 @@ static bool is_zero(const char *value)
     return value && strtod(value, &end) == 0 && end != value && *end == 0;
 }
 
-static void lay_over(const char *rung, const struct bd_param_list *given, struct bd_param_list *out)
+void bd_ladder_lay_over(const char *rung, const struct bd_param_list *given,
+                        struct bd_param_list *out)
 {
     struct bd_param_list pair;
     *out = *given;
@@ -134,7 +135,7 @@ uint32_t bd_ladder_begin(const struct bd_technique *technique, const struct bd_p
     *out = *given;
     if (!ladder || !ladder[0]) return 0;
     if (!names_any(ladder[0], given)) {
-        lay_over(ladder[0], given, out);
+        bd_ladder_lay_over(ladder[0], given, out);
         return 1;
     }
     uint32_t rung = 0;
@@ -168,7 +169,7 @@ bool bd_ladder_climb(const struct bd_technique *technique, const struct bd_param
 {
     const char *const *ladder = technique->ladder;
     if (!ladder || !ladder[*rung]) return false;
-    lay_over(ladder[(*rung)++], given, out);
+    bd_ladder_lay_over(ladder[(*rung)++], given, out);
     return true;
 }
 

@@ -11,6 +11,10 @@
 
 #include "technique/technique.h"
 
+// "KEY=VALUE KEY=VALUE" over what was given.
+void bd_ladder_lay_over(const char *rung, const struct bd_param_list *given,
+                        struct bd_param_list *out);
+
 // Where to begin: with what was given if it names a parameter that the ladder varies, otherwise on
 // the cheapest rung. Fills `out` and returns the rung that bd_ladder_climb goes on with.
 uint32_t bd_ladder_begin(const struct bd_technique *technique, const struct bd_param_list *given,

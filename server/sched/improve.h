@@ -2,7 +2,7 @@
 // (frame/report.h) is above what nobody should have to ask for, and those with a budget of time
 // while there is some left. What stands is kept, and is the answer should the better one fail.
 //
-// Of `auto` a *pilot* comes first, the same picture with a quarter of each side: by what it says of
+// Of `auto` a *pilot* comes first, the same picture of some 64x48 pixels: by what it says of
 // itself the whole one begins on the rung that it needs, and is rendered once. What both need of the
 // lights' side the memo has.
 //

@@ -25,8 +25,10 @@ struct bd_job {
     bool render_again;        // the check's verdict, on its way back to the render thread
     bool is_settled;          // a kept frame stood in: nothing better is tried. Render thread
     uint32_t asked_aa;        // sub-frames that follow the first, by which it is judged; 0 = none
-    // Size and layers of what follows a pilot (sched/improve.h), 0 = none; and what that took.
+    // Size, layers and parameters of what follows a pilot (sched/improve.h), 0 = none; and what
+    // that took.
     uint32_t asked_width_px, asked_height_px, asked_layers;
+    struct bd_param_list asked_params;
     struct bd_report_time pilot_ms; // until it is in a report
     double improved_ms;             // spent of its budget (sched/improve.h). Render thread
     uint64_t budget_ends_ns;        // for the frame that is to be better; 0 = none. Render thread

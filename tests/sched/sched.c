@@ -446,7 +446,7 @@ static void a_pilot_finds_the_rung(void **state)
     static const struct {
         uint32_t side_px, deadline_ms;
         bool has_pilot;
-    } cases[] = {{160, 0, true}, {80, 0, false}, {152, 3600000, false}};
+    } cases[] = {{364, 0, true}, {160, 0, false}, {368, 3600000, false}};
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         struct bd_job_request request = noisy_request(scene);
         request.frame.width_px = cases[i].side_px;
@@ -454,6 +454,7 @@ static void a_pilot_finds_the_rung(void **state)
         request.frame.deadline_ms = cases[i].deadline_ms;
         request.frame.layers |= 1u << BD_LAYER_NORMAL;
         request.improves = true;
+        assert_int_equal(bd_param_list_add(&request.frame.params, "vpls=32", NULL), BD_ERR_OK);
         struct bd_job *job = rendered(*state, &request);
         const struct bd_report *report = &bd_job_result(job)->report;
         const struct bd_image *beauty = bd_job_result(job)->layers[BD_LAYER_BEAUTY];
