@@ -8,9 +8,8 @@
 
 #include "pass/gather_fragments.h"
 
-// `lists` are all that are lit. Light with noise (bd_multires_light) of inputs->gather's picture;
-// `variance_part` of
-// its noise's counts (image/light_filter.h). Replaced by one without. On failure it stays.
+// `lists` are all that are lit. Light with noise (bd_multires_light) of inputs->gather's picture, of
+// which `variance_part` counts (image/light_filter.h); replaced by one without. On failure it stays.
 BD_MUST_CHECK
 enum bd_err bd_filter_fragments_run(const struct bd_pass_context *context,
                                     const struct bd_gather_fragments_inputs *inputs,

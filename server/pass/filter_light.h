@@ -20,6 +20,7 @@ static inline uint32_t bd_filter_levels_of_chosen(uint32_t rays)
     return rays < 4 ? 2 : 1;
 }
 
+// How the filter goes (image/light_filter.h).
 struct bd_smoothing {
     uint32_t level_count;
     float variance_part;

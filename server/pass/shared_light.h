@@ -23,8 +23,8 @@ struct bd_shared_light_inputs {
     const struct bd_viewpoint *first_viewpoint; // the same but for where rays pass a pixel
     struct bd_pixel_blocks blocks;              // that are its pixels
     const struct bd_gbuffer *first_gbuffer;
-    const struct bd_indirect
-        *first; // its `gathered`, `vector`, `rough` and noise if they are there
+    // Its `gathered`, `vector`, `rough` and noise count if they are there.
+    const struct bd_indirect *first;
 };
 
 struct bd_shared_light {
