@@ -52,33 +52,6 @@ static struct bd_frame_request request_of(uint32_t width_px, uint32_t height_px,
     return request;
 }
 
-struct picture {
-    struct bd_image *layers[BD_LAYER_COUNT];
-    struct bd_report report;
-};
-
-static struct picture render(struct world *w, const struct bd_frame_request *request)
-{
-    struct picture picture = {0};
-    struct bd_err_detail detail = {0};
-    if (bd_frame_render(&w->renderer, w->scene, request, NULL, NULL, picture.layers,
-                        &picture.report, &detail))
-        fail_msg("%s", detail.message);
-    return picture;
-}
-
-static void finish(struct picture *picture)
-{
-    world_free_layers(picture->layers);
-}
-
-static uint32_t times_run(const struct bd_report *report, const char *pass)
-{
-    for (uint32_t i = 0; i < report->pass_count; i++)
-        if (strcmp(report->passes[i].name, pass) == 0) return report->passes[i].sub_frames;
-    return 0;
-}
-
 static double light_at(const struct bd_image *image, uint32_t x, uint32_t y)
 {
     const float *p = image->pixels + 3 * ((size_t)y * image->width_px + x);
@@ -121,13 +94,13 @@ static void blocks_lie_where_their_pixels_do(void **state)
         make_room(w, glossy);
         const struct bd_frame_request of_pixels =
             request_of(WIDTH, HEIGHT, 1, MANY " light_blocks=1");
-        struct picture pixels = render(w, &of_pixels);
-        assert_int_equal(times_run(&pixels.report, "share"), 0);
+        struct world_picture pixels = world_picture_of(w, &of_pixels);
+        assert_int_equal(world_times_run(&pixels.report, "share"), 0);
         for (uint32_t side_px = 2; side_px <= 4; side_px *= 2) {
             char settings[120];
             snprintf(settings, sizeof settings, "%s light_blocks=%u", MANY, side_px);
             const struct bd_frame_request of_blocks = request_of(WIDTH, HEIGHT, 1, settings);
-            struct picture blocks = render(w, &of_blocks);
+            struct world_picture blocks = world_picture_of(w, &of_blocks);
             const struct difference d =
                 difference_of(blocks.layers[BD_LAYER_INDIRECT], pixels.layers[BD_LAYER_INDIRECT]);
             printf("    %s, %u: %.3g %% off, sum %+.3g %%, moved %+.3f, %+.3f, %llu of %u by "
@@ -136,13 +109,13 @@ static void blocks_lie_where_their_pixels_do(void **state)
                    d.down_px, (unsigned long long)blocks.report.counts.fragments, WIDTH * HEIGHT);
             assert_true(d.rmse < .04 * side_px && fabs(d.sum) < .01 * side_px);
             assert_true(fabs(d.right_px) < .12 * side_px && fabs(d.down_px) < .12 * side_px);
-            assert_int_equal(times_run(&blocks.report, "share"), 1);
+            assert_int_equal(world_times_run(&blocks.report, "share"), 1);
             assert_in_range(blocks.report.counts.fragments, 1, WIDTH * HEIGHT / 2);
             assert_true(blocks.report.own_estimate < 2 * pixels.report.own_estimate &&
                         blocks.report.own_estimate > .5 * pixels.report.own_estimate);
-            finish(&blocks);
+            world_picture_free(&blocks);
         }
-        finish(&pixels);
+        world_picture_free(&pixels);
     }
 }
 
@@ -172,19 +145,6 @@ static void they_are_chosen_by_counts(void **state)
     assert_int_equal(block_px(w, 64, 48, 2, "rays=64 light_blocks=4"), 4);
 }
 
-static void assert_same(const struct picture *a, const struct picture *b)
-{
-    for (uint32_t l = 0; l < BD_LAYER_COUNT; l++) {
-        const struct bd_image *one = a->layers[l], *other = b->layers[l];
-        assert_int_equal(one != NULL, other != NULL);
-        if (!one) continue;
-        assert_memory_equal(one->pixels, other->pixels,
-                            sizeof(float) * one->width_px * one->height_px * one->channel_count);
-    }
-    assert_int_equal(a->report.counts.rays, b->report.counts.rays);
-    assert_int_equal(a->report.counts.fragments, b->report.counts.fragments);
-}
-
 // Sub-frames of a frame with blocks, added up before or not, and others' pictures in between.
 static void a_frame_has_no_history(void **state)
 {
@@ -192,23 +152,25 @@ static void a_frame_has_no_history(void **state)
     make_room(w, true);
     struct bd_frame_request three = request_of(WIDTH, HEIGHT, 3, "light_blocks=2");
     three.fresh = BD_FRESH_ALL;
-    struct picture alone = render(w, &three);
+    struct world_picture alone = world_picture_of(w, &three);
     make_room(w, true); // of which the memo has nothing
     three.fresh = BD_FRESH_NONE;
     for (uint32_t aa = 1; aa < 3; aa++) {
         struct bd_frame_request fewer = request_of(WIDTH, HEIGHT, aa, "light_blocks=2");
         struct bd_frame_request of_pixels = request_of(WIDTH, HEIGHT, aa, "light_blocks=1");
-        struct picture a = render(w, &fewer), b = render(w, &of_pixels);
-        finish(&a), finish(&b);
+        struct world_picture a = world_picture_of(w, &fewer), b = world_picture_of(w, &of_pixels);
+        world_picture_free(&a), world_picture_free(&b);
     }
     three.seed = 1;
-    struct picture other = render(w, &three);
+    struct world_picture other = world_picture_of(w, &three);
     three.seed = 0;
-    struct picture added = render(w, &three), again = render(w, &three);
-    assert_same(&alone, &added);
-    assert_same(&alone, &again);
-    assert_int_equal(times_run(&added.report, "direct"), 1);
-    finish(&alone), finish(&added), finish(&again), finish(&other);
+    struct world_picture added = world_picture_of(w, &three), again = world_picture_of(w, &three);
+    world_assert_same(&alone, &added);
+    world_assert_same(&alone, &again);
+    assert_int_equal(alone.report.counts.fragments, added.report.counts.fragments);
+    assert_int_equal(world_times_run(&added.report, "direct"), 1);
+    world_picture_free(&alone), world_picture_free(&added), world_picture_free(&again),
+        world_picture_free(&other);
 }
 
 int main(void)

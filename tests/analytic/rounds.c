@@ -41,17 +41,10 @@ static void make_room(struct world *w)
     make_room_with(w, 2);
 }
 
-struct picture {
-    struct bd_image *layers[BD_LAYER_COUNT];
-    struct bd_report report;
-};
-
-static struct picture render(struct world *w, const char *technique, const char *settings,
-                             uint64_t seed, uint32_t aa)
+static struct world_picture render(struct world *w, const char *technique, const char *settings,
+                                   uint64_t seed, uint32_t aa)
 {
     struct bd_frame_request request = bd_frame_request_default;
-    struct bd_err_detail detail = {0};
-    struct picture picture = {0};
     char words[200], *rest = words;
     snprintf(request.technique, sizeof request.technique, "%s", technique);
     request.width_px = WIDTH;
@@ -62,34 +55,7 @@ static struct picture render(struct world *w, const char *technique, const char 
     snprintf(words, sizeof words, "%s", settings);
     for (char *word; (word = strsep(&rest, " ")) != NULL;)
         if (*word) assert_int_equal(bd_param_list_add(&request.params, word, NULL), BD_ERR_OK);
-    if (bd_frame_render(&w->renderer, w->scene, &request, NULL, NULL, picture.layers,
-                        &picture.report, &detail))
-        fail_msg("%s", detail.message);
-    return picture;
-}
-
-static void finish(struct picture *picture)
-{
-    world_free_layers(picture->layers);
-}
-
-static uint32_t times_run(const struct bd_report *report, const char *pass)
-{
-    for (uint32_t i = 0; i < report->pass_count; i++)
-        if (strcmp(report->passes[i].name, pass) == 0) return report->passes[i].sub_frames;
-    return 0;
-}
-
-static void assert_same(const struct picture *a, const struct picture *b)
-{
-    for (uint32_t l = 0; l < BD_LAYER_COUNT; l++) {
-        const struct bd_image *one = a->layers[l], *other = b->layers[l];
-        assert_int_equal(one != NULL, other != NULL);
-        if (!one) continue;
-        assert_memory_equal(one->pixels, other->pixels,
-                            sizeof(float) * one->width_px * one->height_px * one->channel_count);
-    }
-    assert_int_equal(a->report.counts.rays, b->report.counts.rays);
+    return world_picture_of(w, &request);
 }
 
 // From the end of a round, from its middle, from the round before.
@@ -98,18 +64,19 @@ static void more_of_them_go_on_where_fewer_ended(void **state)
     struct world *w = *state;
     static const uint32_t before[] = {64, 100, 130, 170};
     make_room(w);
-    struct picture alone = render(w, "many_light", FEW, 7, 170);
+    struct world_picture alone = render(w, "many_light", FEW, 7, 170);
     for (size_t i = 0; i < sizeof before / sizeof *before; i++) {
         make_room(w); // of which the memo has nothing
-        struct picture fewer = render(w, "many_light", FEW, 7, before[i]);
-        struct picture other = render(w, "many_light", FEW, 8, 70);
-        struct picture more = render(w, "many_light", FEW, 7, 170);
-        assert_int_equal(times_run(&fewer.report, "direct"), before[i]);
-        assert_in_range(times_run(&more.report, "direct"), 170 - before[i], 170 - before[i] + 1);
-        assert_same(&alone, &more);
-        finish(&fewer), finish(&other), finish(&more);
+        struct world_picture fewer = render(w, "many_light", FEW, 7, before[i]);
+        struct world_picture other = render(w, "many_light", FEW, 8, 70);
+        struct world_picture more = render(w, "many_light", FEW, 7, 170);
+        assert_int_equal(world_times_run(&fewer.report, "direct"), before[i]);
+        assert_in_range(world_times_run(&more.report, "direct"), 170 - before[i],
+                        170 - before[i] + 1);
+        world_assert_same(&alone, &more);
+        world_picture_free(&fewer), world_picture_free(&other), world_picture_free(&more);
     }
-    finish(&alone);
+    world_picture_free(&alone);
 }
 
 static void only_what_is_decided_by_chance_is_drawn_anew(void **state)
@@ -130,13 +97,13 @@ static void only_what_is_decided_by_chance_is_drawn_anew(void **state)
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         make_room_with(w, cases[i].emitted);
-        struct picture p = render(w, cases[i].technique, cases[i].settings, 0, 130);
-        assert_int_equal(times_run(&p.report, cases[i].pass), cases[i].times);
-        finish(&p);
+        struct world_picture p = render(w, cases[i].technique, cases[i].settings, 0, 130);
+        assert_int_equal(world_times_run(&p.report, cases[i].pass), cases[i].times);
+        world_picture_free(&p);
     }
 }
 
-static double rms_apart(const struct picture *a, const struct picture *b)
+static double rms_apart(const struct world_picture *a, const struct world_picture *b)
 {
     double squares = 0, light = 0;
     for (uint32_t i = 0; i < FLOATS; i++) {
@@ -157,14 +124,14 @@ static void error_falls_and_memory_does_not_grow(void **state)
     double apart[2], says[2], blur2[2] = {0}, mib[2];
     make_room_with(w, 0);
     for (int i = 0; i < 2; i++) {
-        struct picture a = render(w, "many_light", FEW " brdf=lambert", 1, i ? 64 * 8 : 64);
-        struct picture b = render(w, "many_light", FEW " brdf=lambert", 2, i ? 64 * 8 : 64);
+        struct world_picture a = render(w, "many_light", FEW " brdf=lambert", 1, i ? 64 * 8 : 64);
+        struct world_picture b = render(w, "many_light", FEW " brdf=lambert", 2, i ? 64 * 8 : 64);
         apart[i] = rms_apart(&a, &b);
         says[i] = a.report.own_estimate;
         for (uint32_t j = 0; j < WIDTH * HEIGHT; j++)
             blur2[i] += a.layers[BD_LAYER_BLUR]->pixels[j];
         mib[i] = b.report.memory_gpu_mib;
-        finish(&a), finish(&b);
+        world_picture_free(&a), world_picture_free(&b);
     }
     printf("    1 and 8 rounds: seeds %.2f and %.2f %% apart, estimates %.2f and %.2f %%, %.3f and "
            "%.3f MiB\n",

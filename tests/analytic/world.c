@@ -400,6 +400,40 @@ void world_free_layers(struct bd_image *layers[BD_LAYER_COUNT])
     for (int l = 0; l < BD_LAYER_COUNT; l++) bd_image_destroy(&layers[l]);
 }
 
+struct world_picture world_picture_of(struct world *world, const struct bd_frame_request *request)
+{
+    struct world_picture picture = {0};
+    struct bd_err_detail detail = {0};
+    if (bd_frame_render(&world->renderer, world->scene, request, NULL, NULL, picture.layers,
+                        &picture.report, &detail))
+        fail_msg("%s: %s", detail.field, detail.message);
+    return picture;
+}
+
+void world_picture_free(struct world_picture *picture)
+{
+    world_free_layers(picture->layers);
+}
+
+uint32_t world_times_run(const struct bd_report *report, const char *pass)
+{
+    for (uint32_t i = 0; i < report->pass_count; i++)
+        if (strcmp(report->passes[i].name, pass) == 0) return report->passes[i].sub_frames;
+    return 0;
+}
+
+void world_assert_same(const struct world_picture *a, const struct world_picture *b)
+{
+    for (uint32_t l = 0; l < BD_LAYER_COUNT; l++) {
+        const struct bd_image *one = a->layers[l], *other = b->layers[l];
+        assert_int_equal(one != NULL, other != NULL);
+        if (!one) continue;
+        assert_memory_equal(one->pixels, other->pixels,
+                            sizeof(float) * one->width_px * one->height_px * one->channel_count);
+    }
+    assert_int_equal(a->report.counts.rays, b->report.counts.rays);
+}
+
 float world_probe(struct world *world, const char *technique, uint32_t camera, enum bd_layer layer,
                   const char *const *settings)
 {

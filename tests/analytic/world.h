@@ -63,6 +63,20 @@ void world_render(struct world *world, const char *technique, uint32_t camera, u
                   uint32_t height_px, uint32_t layers, const char *const *settings,
                   struct bd_image *out[BD_LAYER_COUNT]);
 void world_free_layers(struct bd_image *layers[BD_LAYER_COUNT]);
+
+// A frame that stands, freed by the caller.
+struct world_picture {
+    struct bd_image *layers[BD_LAYER_COUNT];
+    struct bd_report report;
+};
+// Fails the test on any error.
+struct world_picture world_picture_of(struct world *world, const struct bd_frame_request *request);
+void world_picture_free(struct world_picture *picture);
+// Sub-frames that ran a pass of the camera's side.
+uint32_t world_times_run(const struct bd_report *report, const char *pass);
+// The same layers, byte for byte, of as many rays.
+void world_assert_same(const struct world_picture *a, const struct world_picture *b);
+
 // Red of the single pixel of a probe's layer.
 float world_probe(struct world *world, const char *technique, uint32_t camera, enum bd_layer layer,
                   const char *const *settings);
