@@ -60,7 +60,7 @@ static void make_group(const struct bd_vec4 *vpls, uint32_t count, struct bd_vec
     for (uint32_t i = 0; i < count; i++) {
         const struct bd_vec4 *vpl = &vpls[(size_t)i * BD_VPL_VEC4S];
         radius = fmaxf(radius, f3_length(f3_sub(f3_from(vpl), middle)));
-        near2 = fmaxf(near2, vpl[1].w);
+        near2 = fmaxf(near2, vpl[1].w < 0 ? -1 / (F_PI * vpl[1].w) : vpl[1].w);
         area += vpl->w / (float)count;
         flux += all_channels(f3_from(vpl + 2));
     }

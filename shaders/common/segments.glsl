@@ -48,7 +48,7 @@ bool is_reached(receiver r, virtual_light vpl)
 {
     vec3 to_vpl = vpl.position_area.xyz - r.position, normal = vpl.normal_near.xyz;
     float r2 = dot(to_vpl, to_vpl);
-    bool reached = disk_seen(r, to_vpl, r2, normal, vpl.position_area.w) > 0.0;
+    bool reached = disk_seen(r, to_vpl, r2, normal, vpl.position_area.w, VPL_UNBOUNDED) > 0.0;
 #ifdef BD_VPL_PATCH
     bool near = r2 < vpl.normal_near.w && faces(normal, to_vpl, r2);
     reached = near ? is_above(dot(to_vpl, r.normal_geometric), r2) : reached;

@@ -74,7 +74,7 @@ node_light light_of(receiver r, tree_node n, uint level, float most)
     vec3 to_node = n.position - r.position;
     float side = float(tree_args.root_side << level);
     float area = tree_args.face_extent / (4.0 * PI * side * side) * n.light_distance2;
-    float form_factor = area * disk_seen(r, to_node, dot(to_node, to_node), n.normal, area);
+    float form_factor = area * disk_seen(r, to_node, dot(to_node, to_node), n.normal, area, VPL_UNBOUNDED);
     return node_light(n.flux * (form_factor / (4.0 * PI) * tree_args.per_m2), to_node);
 }
 #else
@@ -82,7 +82,8 @@ node_light light_of(receiver r, tree_node n, uint level, float most)
 {
     if (!is_inner(level)) {
         vec3 to_leaf = n.first.position - r.position;
-        float kernel = disk_seen(r, to_leaf, dot(to_leaf, to_leaf), n.first.normal, n.area);
+        float kernel = disk_seen(r, to_leaf, dot(to_leaf, to_leaf), n.first.normal, n.area,
+                                 VPL_UNBOUNDED);
         return node_light(n.flux * kernel, to_leaf);
     }
     lobe second = second_lobe(n);

@@ -51,9 +51,9 @@ void add(inout sums s, receiver r, vec3 viewer, vec3 to_vpl, float r2, vec3 irra
 
 vec3 irradiance_vector(sums s, vec3 n) { return irradiance_vector(s.diffuse, s.directions, n); }
 
-float disk_seen(receiver r, vec3 to_vpl, float r2, vec3 normal, float area)
+float disk_seen(receiver r, vec3 to_vpl, float r2, vec3 normal, float area, float bound)
 {
-    return disk_light(r.normal, r.normal_geometric, to_vpl, r2, normal, area);
+    return disk_light(r.normal, r.normal_geometric, to_vpl, r2, normal, area, bound);
 }
 
 #ifdef BD_VPL_PATCH
@@ -86,7 +86,7 @@ bool add_far(inout sums s, receiver r, vec3 viewer, virtual_light vpl)
 {
     vec3 to_vpl = vpl.position_area.xyz - r.position, normal = vpl.normal_near.xyz;
     float r2 = dot(to_vpl, to_vpl);
-    float kernel = disk_seen(r, to_vpl, r2, normal, vpl.position_area.w);
+    float kernel = disk_seen(r, to_vpl, r2, normal, vpl.position_area.w, bound_of_near(vpl.normal_near.w));
     bool far = true;
 #ifdef BD_VPL_PATCH
     far = r2 >= vpl.normal_near.w || !faces(normal, to_vpl, r2);

@@ -22,9 +22,10 @@ float strength(receiver r, vec3 viewer, virtual_light vpl)
 {
     vec3 to_vpl = vpl.position_area.xyz - r.position, normal = vpl.normal_near.xyz;
     float r2 = dot(to_vpl, to_vpl);
-    float near2 = 0.0;
 #ifdef BD_VPL_PATCH
-    near2 = vpl.normal_near.w;
+    float near2 = vpl.normal_near.w;
+#else
+    float near2 = min(vpl.normal_near.w, 0.0);
 #endif
     float kernel = strength_of_unit(r.normal, r.normal_geometric, to_vpl, r2, normal,
                                     vpl.position_area.w, near2);

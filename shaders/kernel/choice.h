@@ -10,7 +10,7 @@
 #define NEAR_COSINE_MIN 0.1f
 
 // How much a unit of a VPL's flux would give a receiver if nothing stood between them: by the disk,
-// exact where VPLs are far. near2 = 0: none is integrated as a patch.
+// exact where VPLs are far. near2 = 0: none is integrated as a patch; below: bound_of_near.
 KERNEL float strength_of_unit(f3 n, f3 n_geometric, f3 to_vpl, float r2, f3 vpl_normal, float area,
                               float near2)
 {
@@ -21,7 +21,8 @@ KERNEL float strength_of_unit(f3 n, f3 n_geometric, f3 to_vpl, float r2, f3 vpl_
     float receiver_dot = f3_dot(n, to_vpl), vpl_dot = -f3_dot(vpl_normal, to_vpl);
     float of_near = f_max(receiver_dot, least) * f_max(vpl_dot, least);
     float of_far = f_select(seen, receiver_dot * vpl_dot, 0.0f);
-    return f_select(near, of_near, of_far) / f_max(r2 * (F_PI * r2 + area), 1e-37f);
+    float light = f_select(near, of_near, of_far) / f_max(r2 * (F_PI * r2 + area), 1e-37f);
+    return f_min(light, bound_of_near(near2));
 }
 
 // What a height counts as that parts of a group exceed by up to `reach`: more than 0 where theirs is,

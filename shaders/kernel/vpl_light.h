@@ -32,10 +32,21 @@ KERNEL bool see_each_other(f3 n, f3 n_geometric, f3 to_vpl, float r2, f3 vpl_nor
     return b_and(above, b_and(r2 > COINCIDENT_SQUARED, faces(vpl_normal, to_vpl, r2)));
 }
 
-// Irradiance of a unit of flux from a disk.
-KERNEL float disk_light(f3 n, f3 n_geometric, f3 to_vpl, float r2, f3 vpl_normal, float area)
+// What a VPL's kernel is no more than, which the array keeps as a distance below 0 (shared/vpl.h):
+// where it is clamped no patch is integrated.
+#define VPL_UNBOUNDED 3e38f
+
+KERNEL float bound_of_near(float near2)
 {
-    float light = disk_kernel(f3_dot(n, to_vpl), -f3_dot(vpl_normal, to_vpl), r2, area);
+    return f_select(near2 < 0.0f, -near2, VPL_UNBOUNDED);
+}
+
+// Irradiance of a unit of flux from a disk.
+KERNEL float disk_light(f3 n, f3 n_geometric, f3 to_vpl, float r2, f3 vpl_normal, float area,
+                        float bound)
+{
+    float kernel = disk_kernel(f3_dot(n, to_vpl), -f3_dot(vpl_normal, to_vpl), r2, area);
+    float light = f_min(kernel, bound);
     return f_select(see_each_other(n, n_geometric, to_vpl, r2, vpl_normal), light, 0.0f);
 }
 

@@ -2,7 +2,8 @@
 //
 // In the array BD_UNIT_VPLS, three vec4s:
 //   0: xyz position, w = area in the kernel's denominator (0 for the bare kernel)
-//   1: xyz unit normal, w = square of the distance below which the patch is integrated exactly
+//   1: xyz unit normal, w = square of the distance below which the patch is integrated exactly; or
+//      below 0: less what the kernel, irradiance for a unit of flux, is at most
 //   2: xyz outgoing flux P = rho Phi, w = its place from the representative texel, in u
 // In the array BD_UNIT_VPL_QUADS, two vec4s: the patch is the parallelogram position +- u +- v.
 //   0: xyz u, w = 1 / area of the parallelogram

@@ -102,7 +102,7 @@ void WIDE(bd_native_weigh)(const struct bd_receivers *receivers,
         const bool looks = any_is_near(&group);
         for (uint32_t index = first; looks && index < first + count; index++) {
             const struct bd_vec4 *vpl = &choice->vpls.vpls[(size_t)index * BD_VPL_VEC4S];
-            add_strength(receivers, vpl, wishes->near_patches ? vpl[1].w : 0,
+            add_strength(receivers, vpl, wishes->near_patches ? vpl[1].w : f_min(vpl[1].w, 0),
                          group.strength_of_vpls);
             if (spread) add_spread(receivers, vpl, group.spread_of_vpls);
         }
@@ -141,9 +141,10 @@ static void look_at(const struct bd_native_block *restrict b, f3 position, f3 n,
     for (size_t k = 0; k < BD_NATIVE_BLOCK; k++) {
         const f3 to_vpl = f3_sub(f3_of(b->x[k], b->y[k], b->z[k]), position);
         const f3 normal = f3_of(b->normal_x[k], b->normal_y[k], b->normal_z[k]);
+        const float near2 = f_select(near_patches > 0.0f, b->near2[k], f_min(b->near2[k], 0.0f));
         strengths[k] =
             b->strength[k] * strength_of_unit(n, n_geometric, to_vpl, f3_dot(to_vpl, to_vpl),
-                                              normal, b->area[k], near_patches * b->near2[k]);
+                                              normal, b->area[k], near2);
     }
 }
 
@@ -208,7 +209,7 @@ static void load_found(struct choosing *c, const struct bd_native_choice *choice
         f3_put_at(&c->normal, i, f3_from(vpl + 1));
         f3_put_at(&c->flux, i, is_there ? f3_from(vpl + 2) : f3_of(0, 0, 0));
         c->area[i] = vpl->w;
-        c->near2[i] = near_patches ? vpl[1].w : 0;
+        c->near2[i] = near_patches ? vpl[1].w : f_min(vpl[1].w, 0);
         f3_put_at(&c->u, i, f3_from(quad));
         f3_put_at(&c->v, i, f3_from(quad + 1));
         c->inverse_area[i] = quad->w;
@@ -225,7 +226,8 @@ static void light_found(const struct bd_receivers *restrict r, const struct choo
         const f3 normal = f3_at(&c->normal, i);
         const float r2 = f3_dot(to_vpl, to_vpl);
         const bool is_near = b_and(r2 < c->near2[i], faces(normal, to_vpl, r2));
-        const float disk = disk_light(n, n_geometric, to_vpl, r2, normal, c->area[i]);
+        const float disk =
+            disk_light(n, n_geometric, to_vpl, r2, normal, c->area[i], bound_of_near(c->near2[i]));
         const float patch = patch_light(n, n_geometric, to_vpl, r2, f3_at(&c->u, i),
                                         f3_at(&c->v, i), c->inverse_area[i]);
         const f3 one = f3_scale(f3_at(&c->flux, i), f_select(is_near, patch, disk));

@@ -10,14 +10,15 @@
 
 struct vpl {
     f3 position, normal, flux;
-    float area, near2, strength;
+    float area, near2, bound, strength;
 };
 
 static inline struct vpl vpl_at(const struct bd_native_vpls *vpls, uint32_t index)
 {
     const struct bd_vec4 *v = &vpls->vpls[(size_t)index * BD_VPL_VEC4S];
     const f3 flux = f3_from(v + 2);
-    return (struct vpl){f3_from(v), f3_from(v + 1), flux, v->w, v[1].w, all_channels(flux)};
+    return (struct vpl){
+        f3_from(v), f3_from(v + 1), flux, v->w, v[1].w, bound_of_near(v[1].w), all_channels(flux)};
 }
 
 // What is known where a loop is expanded.
@@ -39,7 +40,7 @@ add_far(const struct bd_receivers *restrict r, struct vpl vpl, struct kind kind,
         const f3 n = f3_at(&r->normal, i), n_geometric = f3_at(&r->normal_geometric, i);
         const f3 to_vpl = f3_sub(vpl.position, f3_at(&r->position, i));
         const float r2 = f3_dot(to_vpl, to_vpl);
-        float kernel = disk_light(n, n_geometric, to_vpl, r2, vpl.normal, vpl.area);
+        float kernel = disk_light(n, n_geometric, to_vpl, r2, vpl.normal, vpl.area, vpl.bound);
         const uint32_t is_hidden = kind.hidden ? hidden[i] >> at & 1u : 0u;
         if (kind.hidden) kernel = f_select(is_hidden != 0u, 0.0f, kernel);
         if (kind.near_patches) {

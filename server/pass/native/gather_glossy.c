@@ -86,14 +86,14 @@ find_kernels(const struct bd_receivers *restrict r, const struct bd_vec4 *vpl, s
              float *restrict kernels)
 {
     const f3 position = f3_from(vpl), normal = f3_from(vpl + 1);
-    const float area = vpl->w, near2 = vpl[1].w;
+    const float area = vpl->w, near2 = vpl[1].w, bound = bound_of_near(near2);
     uint32_t any = 0;
     LANES(i)
     {
         const f3 to_vpl = f3_sub(position, f3_at(&r->position, i));
         const float r2 = f3_dot(to_vpl, to_vpl);
         float kernel = disk_light(f3_at(&r->normal, i), f3_at(&r->normal_geometric, i), to_vpl, r2,
-                                  normal, area);
+                                  normal, area, bound);
         const uint32_t is_hidden = kind.hidden ? hidden[i] >> at & 1u : 0u;
         if (kind.hidden) kernel = f_select(is_hidden != 0u, 0.0f, kernel);
         if (kind.near_patches) {

@@ -173,7 +173,7 @@ static uint32_t light_of_leaf(const struct bd_receivers *restrict r, size_t firs
         const float r2 = f3_dot(to_leaf, to_leaf);
         const bool is_near = b_and(r2 < near2, faces(node->normal, to_leaf, r2));
         float kernel = disk_light(n, f3_at(&r->normal_geometric, i), to_leaf, r2,
-                                  node->first.normal, node->area);
+                                  node->first.normal, node->area, VPL_UNBOUNDED);
         kernel = f_select(b_and(lit[i] != 0, !is_near), kernel, 0.0f);
         const f3 irradiance = f3_scale(node->flux, kernel);
         f3_add_at(&light->irradiance, i, irradiance);
@@ -327,7 +327,7 @@ static void add_leaf_root(const struct bd_receivers *restrict r, const tree_node
         const f3 to_leaf = f3_sub(node->first.position, position);
         const float most = bounds_of(*node, position, n, n_geometric).most;
         const float kernel = disk_light(n, n_geometric, to_leaf, f3_dot(to_leaf, to_leaf),
-                                        node->first.normal, node->area);
+                                        node->first.normal, node->area, VPL_UNBOUNDED);
         sum[i] += f_select(most > 0.0f, power * kernel, 0.0f);
     }
 }
