@@ -233,8 +233,8 @@ enum bd_err bd_run_vpl_order(struct bd_frame *frame, struct bd_frame_light *ligh
     BD_ASSERT(lists);
     const uint32_t count = bd_stage_lists(frame, lists);
     enum bd_err err =
-        bd_vpl_order_run(&frame->context, lists, count, (float)frame->scene->space.radius, false,
-                         &frame->order, frame->detail);
+        bd_vpl_order_run(&frame->context, lists, count, &how, &frame->order, frame->detail);
     free(lists);
     return err;
 }
+    const struct bd_vpl_order_how how = {.radius = (float)frame->scene->space.radius};

@@ -254,11 +254,15 @@ static enum bd_err put_in_order(struct paths *p, const struct bd_vpl_list *first
     const struct bd_vpl_list *all[3] = {first, walked, paths->vpls};
     const struct bd_vpl_list *of_first[2] = {first, paths->vpls};
     const uint32_t sky = paths->vpls ? 1 : 0;
-    const float radius = (float)p->inputs->scene->space.radius;
+    const struct bd_vpl_order_how how = {
+        .radius = (float)p->inputs->scene->space.radius,
+        .softness = p->inputs->clamped ? BD_VPLS_CLAMPED : BD_VPLS_SOFT,
+        .clamp = p->inputs->clamp,
+    };
     const enum bd_err err =
-        bd_vpl_order_run(&p->context, of_first, 1 + sky, radius, true, &paths->first, p->detail);
+        bd_vpl_order_run(&p->context, of_first, 1 + sky, &how, &paths->first, p->detail);
     if (err) return err;
-    return bd_vpl_order_run(&p->context, all, 2 + sky, radius, true, &paths->all, p->detail);
+    return bd_vpl_order_run(&p->context, all, 2 + sky, &how, &paths->all, p->detail);
 }
 
 static enum bd_err write_sets(struct paths *p, struct bd_light_paths *paths)

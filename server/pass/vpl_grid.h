@@ -27,7 +27,9 @@ struct bd_vpl_list {
     struct bd_buf *vpls, *quads; // shared/vpl.h
     struct bd_buf *groups; // of neighbours, of a long list in order (pass/vpl_groups.h), or NULL
     uint32_t count;
-    float soft_area; // of a list that was made soft (pass/vpl_order.h): of each; else 0
+    // Of a list that was made soft (pass/vpl_order.h) the area of each, of one that was clamped the
+    // bound of cos cos / r^2, in render units; else 0.
+    float soft_area, clamp;
 };
 
 BD_MUST_CHECK

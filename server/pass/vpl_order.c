@@ -174,18 +174,29 @@ static float soft_area_of(const struct vpl *vpls, const struct bd_radix_entry *a
     return count ? SOFT_AREAS * area_of(areas[at].key) : 0;
 }
 
+// `soft_area` or `clamp` of the list, and of its VPLs.
 static enum bd_err soften(const struct bd_pass_context *context, struct vpl *vpls,
-                          const struct bd_radix_entry *entries, size_t count, float *area,
+                          const struct bd_radix_entry *entries, size_t count,
+                          const struct bd_vpl_order_how *how, struct bd_vpl_list *list,
                           struct bd_err_detail *detail)
 {
-    struct bd_radix_entry *areas;
-    enum bd_err err = areas_of(context, vpls, entries, count, &areas, detail);
-    *area = err ? 0 : soft_area_of(vpls, areas, count);
+    const bool clamped = how->softness == BD_VPLS_CLAMPED;
+    struct bd_radix_entry *areas = NULL;
+    enum bd_err err = BD_ERR_OK;
+    float area = 0;
+    if (!clamped || how->clamp == 0) {
+        err = areas_of(context, vpls, entries, count, &areas, detail);
+        area = err ? 0 : soft_area_of(vpls, areas, count);
+    }
+    const float clamp = how->clamp > 0 ? how->clamp
+                        : area > 0     ? F_PI / area
+                                       : (float)BD_VPL_CLAMP_MAX;
     for (size_t i = 0; !err && i < count; i++) {
-        vpls[i].light[0].w = *area;
-        vpls[i].light[1].w = 0;
+        vpls[i].light[0].w = clamped ? 0 : area;
+        vpls[i].light[1].w = clamped ? -clamp / F_PI : 0;
     }
     free(areas);
+    *(clamped ? &list->clamp : &list->soft_area) = clamped ? clamp : area;
     return err;
 }
 
@@ -271,11 +282,11 @@ static enum bd_err order(const struct bd_pass_context *context, const struct vpl
 
 enum bd_err bd_vpl_order_run(const struct bd_pass_context *context,
                              const struct bd_vpl_list *const *lists, uint32_t list_count,
-                             float radius, bool soft, struct bd_vpl_list **out,
+                             const struct bd_vpl_order_how *how, struct bd_vpl_list **out,
                              struct bd_err_detail *detail)
 {
     size_t room = 1, count = 0;
-    float soft_area = 0;
+    struct bd_vpl_list softened = {0};
     for (uint32_t l = 0; l < list_count; l++) room += lists[l]->count;
     struct vpl *vpls = malloc(room * sizeof *vpls);
     struct bd_radix_entry *entries;
@@ -284,10 +295,12 @@ enum bd_err bd_vpl_order_run(const struct bd_pass_context *context,
     if (!err && !vpls)
         err = bd_err_set(detail, BD_ERR_NO_MEMORY, "vpls", "no memory to put %zu in order", room);
     if (!err) err = read_lists(context, lists, list_count, vpls, &count);
-    if (!err) err = order(context, vpls, count, radius, &entries, detail);
-    if (!err && soft) err = soften(context, vpls, entries, count, &soft_area, detail);
+    if (!err) err = order(context, vpls, count, how->radius, &entries, detail);
+    if (!err && how->softness != BD_VPLS_AS_THEY_ARE)
+        err = soften(context, vpls, entries, count, how, &softened, detail);
     if (!err) err = write_list(context, vpls, entries, count, out, detail);
-    if (!err) (*out)->soft_area = soft_area;
+    if (!err) (*out)->soft_area = softened.soft_area;
+    if (!err) (*out)->clamp = softened.clamp;
     free(vpls);
     free(entries);
     return err;

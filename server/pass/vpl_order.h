@@ -4,7 +4,8 @@
 // of neighbours, too.
 //
 // A *soft* list has one area for all, so large that a receiver among its VPLs sees an even light
-// and not single ones: what is lost near them is known from the distance alone (pass/far.h).
+// and not single ones: what is lost near them is known from the distance alone (pass/far.h). A
+// *clamped* one has points of which cos cos / r^2 is bounded (algorithms.md A3: G_b).
 //
 // Morton 1966.
 
@@ -13,11 +14,24 @@
 
 #include "pass/vpl_grid.h"
 
-// `radius` is the render space's. `*out` is the caller's, to be destroyed as any list.
+enum bd_vpl_softness { BD_VPLS_AS_THEY_ARE, BD_VPLS_SOFT, BD_VPLS_CLAMPED };
+
+// Beyond this nothing is clamped, per render unit squared: VPLs at one place give no more.
+#define BD_VPL_CLAMP_MAX 1e12
+
+struct bd_vpl_order_how {
+    float radius; // of the render space
+    enum bd_vpl_softness softness;
+    // Of BD_VPLS_CLAMPED: the bound, per render unit squared; 0: what the disk of a soft one sends
+    // at most.
+    float clamp;
+};
+
+// `*out` is the caller's, to be destroyed as any list.
 BD_MUST_CHECK
 enum bd_err bd_vpl_order_run(const struct bd_pass_context *context,
                              const struct bd_vpl_list *const *lists, uint32_t list_count,
-                             float radius, bool soft, struct bd_vpl_list **out,
+                             const struct bd_vpl_order_how *how, struct bd_vpl_list **out,
                              struct bd_err_detail *detail);
 
 #endif
