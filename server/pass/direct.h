@@ -22,12 +22,20 @@ struct bd_direct_inputs {
     const struct bd_direct_light *lights; // in the order that they are summed in
     uint32_t light_count;                 // 0 is fine: the result is black
     bool lambert;
+    bool irradiance; // is asked for, too
 };
 
-// `*out`: RGBA32F, outgoing radiance in the frame's light unit; the caller owns it.
+// RGBA32F, in the frame's light unit: outgoing radiance, and what falls on the surface's side that
+// is seen; or NULL.
+struct bd_direct {
+    struct bd_tex *radiance, *irradiance;
+};
+
 BD_MUST_CHECK
 enum bd_err bd_direct_run(const struct bd_pass_context *context,
-                          const struct bd_direct_inputs *inputs, struct bd_tex **out,
+                          const struct bd_direct_inputs *inputs, struct bd_direct **out,
                           struct bd_err_detail *detail);
+void bd_direct_destroy(struct bd_gpu *gpu, struct bd_direct **direct);
+uint64_t bd_direct_bytes(const struct bd_direct *direct);
 
 #endif

@@ -172,18 +172,26 @@ static void look(struct looking *k, uint32_t lane)
     look_at(k, lane, texels, stride, 0, WINDOW, BD_PAIR_HIDES);
 }
 
+// To the sums of lanes that nothing hides.
+static void add_opened(const struct looking *k, const struct bd_lanes3 *light, struct bd_vec4 *sums)
+{
+    for (uint32_t i = 0; i < BD_LANES; i++) {
+        sums[i].w = 1;
+        if (k->said[i] != BD_PAIR_OPENS) continue;
+        sums[i].x += light->x[i];
+        sums[i].y += light->y[i];
+        sums[i].z += light->z[i];
+    }
+}
+
 void bd_direct_look(const struct bd_native_loops *loops, const struct bd_native_aim *aim,
-                    const struct bd_shadow_copy *shadows, struct bd_vec4 *radiance)
+                    const struct bd_shadow_copy *shadows, struct bd_vec4 *radiance,
+                    struct bd_vec4 *irradiance)
 {
     struct looking k = {.loops = loops, .aim = aim, .shadows = shadows};
     for (uint32_t i = 0; i < BD_LANES; i++)
         if (aim->is_lit[i]) look(&k, i);
     flush(&k);
-    for (uint32_t i = 0; i < BD_LANES; i++) {
-        radiance[i].w = 1;
-        if (k.said[i] != BD_PAIR_OPENS) continue;
-        radiance[i].x += aim->radiance.x[i];
-        radiance[i].y += aim->radiance.y[i];
-        radiance[i].z += aim->radiance.z[i];
-    }
+    add_opened(&k, &aim->radiance, radiance);
+    if (irradiance) add_opened(&k, &aim->irradiance, irradiance);
 }

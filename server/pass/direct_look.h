@@ -28,6 +28,7 @@ void bd_direct_rows_of(const struct bd_native_aim *aim, uint32_t side_px,
                        struct bd_shadow_rows rows[BD_DIRECT_FACES]);
 // Adds what arrives to the light of a group. a becomes 1.
 void bd_direct_look(const struct bd_native_loops *loops, const struct bd_native_aim *aim,
-                    const struct bd_shadow_copy *shadows, struct bd_vec4 *radiance);
+                    const struct bd_shadow_copy *shadows, struct bd_vec4 *radiance,
+                    struct bd_vec4 *irradiance);
 
 #endif

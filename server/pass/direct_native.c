@@ -18,7 +18,7 @@
 struct direct {
     const struct bd_pass_context *context;
     const struct bd_direct_inputs *inputs;
-    struct bd_tex *radiance;
+    const struct bd_direct *out;
     struct bd_err_detail *detail;
     struct bd_view view;
     struct bd_light_uniform light;
@@ -29,6 +29,7 @@ struct direct {
     uint16_t *albedo, *material;
     uint32_t *triangle;
     struct bd_vec4 *light_sums;
+    struct bd_vec4 *fallen;                         // sums of irradiance; NULL: not asked for
     struct bd_native_aim *aims;                     // a group
     struct bd_shadow_rows (*rows)[BD_DIRECT_FACES]; // that they look at
     struct bd_vec4 *triangles;                      // borrowed
@@ -57,10 +58,11 @@ static enum bd_err make_room(struct direct *d)
     d->material = calloc(pixels, 4 * sizeof *d->material);
     d->triangle = calloc(pixels, sizeof *d->triangle);
     d->light_sums = calloc(pixels, sizeof *d->light_sums);
+    if (d->out->irradiance) d->fallen = calloc(pixels, sizeof *d->fallen);
     d->aims = malloc(groups * sizeof *d->aims);
     d->rows = malloc(groups * sizeof *d->rows);
     if (d->depth && d->normals && d->albedo && d->material && d->triangle && d->light_sums &&
-        d->aims && d->rows)
+        d->aims && d->rows && (d->fallen || !d->out->irradiance))
         return BD_ERR_OK;
     return bd_err_set(d->detail, BD_ERR_NO_MEMORY, "size", "no memory for %zu pixels of a band",
                       pixels);
@@ -74,6 +76,7 @@ static void free_room(struct direct *d)
     free(d->material);
     free(d->triangle);
     free(d->light_sums);
+    free(d->fallen);
     free(d->aims);
     free(d->rows);
     free(d->ids);
@@ -86,6 +89,14 @@ static enum bd_err read_band(struct direct *d, const struct bd_tex *tex, uint32_
 {
     return bd_tex_read_rows(d->context->gpu, tex, 0, first, count, out,
                             (size_t)count * d->inputs->viewpoint->width_px * pixel_bytes);
+}
+
+static enum bd_err fetch_sums(struct direct *d, const struct bd_tex *tex, uint32_t first,
+                              uint32_t count, bool is_first, struct bd_vec4 *sums)
+{
+    if (!is_first) return read_band(d, tex, first, count, sums, sizeof *sums);
+    memset(sums, 0, (size_t)count * d->inputs->viewpoint->width_px * sizeof *sums);
+    return BD_ERR_OK;
 }
 
 static enum bd_err fetch_band(struct direct *d, uint32_t first, uint32_t count, bool is_first)
@@ -101,11 +112,10 @@ static enum bd_err fetch_band(struct direct *d, uint32_t first, uint32_t count, 
     d->pixels = (struct bd_native_pixels){d->depth,    d->normals, d->albedo, d->material,
                                           d->triangle, &d->view,   first,     pixels};
     d->group_count = groups_of(pixels);
-    if (err) return err;
-    if (!is_first)
-        return read_band(d, d->radiance, first, count, d->light_sums, sizeof *d->light_sums);
-    memset(d->light_sums, 0, pixels * sizeof *d->light_sums);
-    return BD_ERR_OK;
+    if (!err) err = fetch_sums(d, d->out->radiance, first, count, is_first, d->light_sums);
+    if (!err && d->fallen)
+        err = fetch_sums(d, d->out->irradiance, first, count, is_first, d->fallen);
+    return err;
 }
 
 static enum bd_err copy_rows(struct direct *d, const struct bd_tex *ids, uint32_t face,
@@ -170,7 +180,8 @@ static void look_from_group(void *user, uint32_t group)
 {
     const struct direct *d = user;
     bd_direct_look(d->context->processor->loops, &d->aims[group], &d->shadows,
-                   d->light_sums + (size_t)group * BD_LANES);
+                   d->light_sums + (size_t)group * BD_LANES,
+                   d->fallen ? d->fallen + (size_t)group * BD_LANES : NULL);
 }
 
 static enum bd_err light_band(struct direct *d, uint32_t index, uint32_t first, uint32_t count)
@@ -181,8 +192,11 @@ static enum bd_err light_band(struct direct *d, uint32_t index, uint32_t first, 
     if (!err) err = fetch_shadows(d, d->inputs->lights[index].shadow_map->ids);
     if (!err) err = bd_pool_run(pool, d->group_count, look_from_group, NULL, d);
     if (!err)
-        bd_tex_upload_rows(d->context->gpu, d->radiance, 0, first, count, d->light_sums,
+        bd_tex_upload_rows(d->context->gpu, d->out->radiance, 0, first, count, d->light_sums,
                            d->pixels.count * sizeof *d->light_sums);
+    if (!err && d->fallen)
+        bd_tex_upload_rows(d->context->gpu, d->out->irradiance, 0, first, count, d->fallen,
+                           d->pixels.count * sizeof *d->fallen);
     return err;
 }
 
@@ -223,14 +237,14 @@ static enum bd_err add_light(struct direct *d, uint32_t index)
 }
 
 enum bd_err bd_direct_native_run(const struct bd_pass_context *context,
-                                 const struct bd_direct_inputs *inputs, struct bd_tex *radiance,
+                                 const struct bd_direct_inputs *inputs, const struct bd_direct *out,
                                  struct bd_err_detail *detail)
 {
     struct bd_buf *triangles = inputs->scene->triangles;
     struct direct d = {
         .context = context,
         .inputs = inputs,
-        .radiance = radiance,
+        .out = out,
         .detail = detail,
         .view = bd_viewpoint_uniform(inputs->viewpoint, &inputs->scene->space),
     };

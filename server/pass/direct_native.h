@@ -9,10 +9,10 @@
 
 #include "pass/direct.h"
 
-// Writes all of `radiance`: RGBA32F, as large as the picture. There is a light, and a processor.
+// Writes all of what `out` has, as large as the picture. There is a light, and a processor.
 BD_MUST_CHECK
 enum bd_err bd_direct_native_run(const struct bd_pass_context *context,
-                                 const struct bd_direct_inputs *inputs, struct bd_tex *radiance,
+                                 const struct bd_direct_inputs *inputs, const struct bd_direct *out,
                                  struct bd_err_detail *detail);
 
 #endif

@@ -90,6 +90,7 @@ struct bd_tolerance {
 
 struct bd_area_direct;
 struct bd_discontinuity;
+struct bd_direct;
 struct bd_first_light;
 struct bd_irradiance_cells;
 struct bd_fragments;
@@ -102,7 +103,7 @@ struct bd_vpl_tree;
 // name. The frame's memo owns it. A technique has no `direct`, `area_light` and `indirect`.
 struct bd_made {
     struct bd_gbuffer *gbuffer;
-    struct bd_tex *direct;
+    struct bd_direct *direct;
     struct bd_area_direct *area_light;
     struct bd_discontinuity *discontinuity; // with the next two: BD_INPUT_FRAGMENTS
     struct bd_fragments *fragments;

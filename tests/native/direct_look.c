@@ -37,7 +37,7 @@ static bool arrives(const struct look_up *from)
     aim.texel.x[0] = from->x;
     aim.texel.y[0] = from->y;
     aim.texel.side[0] = .1f;
-    bd_direct_look(bd_native_loops(), &aim, &shadows, radiance);
+    bd_direct_look(bd_native_loops(), &aim, &shadows, radiance, NULL);
     bd_direct_rows_of(&aim, MAP_TEXELS, rows);
     assert_true(rows[5].first == (from->y < 3 ? 0 : (uint32_t)from->y - 3));
     assert_true(rows[5].end == (from->y > 12 ? MAP_TEXELS : (uint32_t)from->y + 4));

@@ -197,6 +197,7 @@ void WIDE(bd_native_aim)(const struct bd_native_pixels *pixels, uint32_t first,
         reflect(&s, &arrival, true, &aim->radiance);
     else
         reflect(&s, &arrival, false, &aim->radiance);
+    aim->irradiance = arrival.light;
     LANES(i) aim->triangle[i] = pixels->triangle[at + i];
 }
 

@@ -101,7 +101,7 @@ struct bd_native_texels {
 // A group of pixels that a light shines on if nothing stands between. A light of one face has
 // LIGHT_ONE_FACE (kernel/light.h).
 struct bd_native_aim {
-    struct bd_lanes3 radiance; // that they would reflect
+    struct bd_lanes3 irradiance, radiance; // that they would get and reflect
     struct bd_lanes3 origin, span;
     struct bd_native_texels texel;
     uint32_t is_lit[BD_LANES], face[BD_LANES], triangle[BD_LANES];
