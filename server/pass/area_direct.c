@@ -420,6 +420,17 @@ static void fill_doubt(const struct area *a, uint32_t first, uint32_t rows, floa
         if (is_lit(a, from + i)) doubt_of(a, from + i, rgba + 4 * i);
 }
 
+static void fill_irradiance(const struct area *a, uint32_t first, uint32_t rows, float *rgba)
+{
+    const size_t from = (size_t)first * a->width_px, count = (size_t)rows * a->width_px;
+    for (size_t i = 0; i < count; i++) {
+        const bool lit = is_lit(a, from + i);
+        const f3 rgb = lit ? pixel_of(a->irradiance[0], from + i) : f3_of(0, 0, 0);
+        memcpy(rgba + 4 * i, &rgb, sizeof rgb);
+        rgba[4 * i + 3] = lit;
+    }
+}
+
 static enum bd_err write(struct area *a, fill_rows_fn *fill_rows, struct bd_tex *tex)
 {
     enum bd_err err = BD_ERR_OK;
@@ -511,6 +522,8 @@ enum bd_err bd_area_direct_run(const struct bd_pass_context *context,
     enum bd_err err = shines ? light_all(&a) : BD_ERR_OK;
     if (!err) err = make(&a, "light of areas", shines, fill_radiance, &light->radiance);
     if (!err) err = make(&a, "doubt of light of areas", shines, fill_doubt, &light->doubt);
+    if (!err && inputs->irradiance)
+        err = make(&a, "irradiance of areas", shines, fill_irradiance, &light->irradiance);
     free_all(&a);
     if (err) bd_area_direct_destroy(context->gpu, out);
     return err;
@@ -521,11 +534,13 @@ void bd_area_direct_destroy(struct bd_gpu *gpu, struct bd_area_direct **light)
     if (!*light) return;
     bd_tex_destroy(gpu, &(*light)->radiance);
     bd_tex_destroy(gpu, &(*light)->doubt);
+    bd_tex_destroy(gpu, &(*light)->irradiance);
     free(*light);
     *light = NULL;
 }
 
 uint64_t bd_area_direct_bytes(const struct bd_area_direct *light)
 {
-    return bd_tex_bytes(light->radiance) + bd_tex_bytes(light->doubt);
+    return bd_tex_bytes(light->radiance) + bd_tex_bytes(light->doubt) +
+           (light->irradiance ? bd_tex_bytes(light->irradiance) : 0);
 }

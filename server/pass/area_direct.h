@@ -39,13 +39,14 @@ struct bd_area_direct_inputs {
     uint64_t seed;
     bool lambert;
     bool filtered;
+    bool irradiance;     // is asked for, too
     float variance_part; // of its noise's, that the filter goes by (image/light_filter.h)
 };
 
 // RGBA32F, in the frame's light unit: outgoing radiance and 1, where nothing is lit what the sky
-// shines, and 0; and the doubt of it (image/light_filter.h).
+// shines, and 0; the doubt of it (image/light_filter.h); and what falls on the surface, or NULL.
 struct bd_area_direct {
-    struct bd_tex *radiance, *doubt;
+    struct bd_tex *radiance, *doubt, *irradiance;
 };
 
 BD_MUST_CHECK
