@@ -453,6 +453,7 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
     out->indirect = reflects_areas || (reflects && out->light_count > 0);
     out->bounces = model_of(out).indirect_bounces;
     out->final_gather = out->indirect && out->technique->inputs & BD_INPUT_FINAL_GATHER;
+    out->from_screen = out->indirect && out->technique->inputs & BD_INPUT_SCREEN;
     out->light_paths = reflects_areas || out->final_gather ||
                        (out->indirect && (out->bounces > 1 || out->punctuals_by_rays));
     out->glossy = out->indirect && out->technique->model.glossy_receivers && !out->params.lambert &&

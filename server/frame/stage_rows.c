@@ -304,6 +304,8 @@ static void destroy_lamps(void *renderer, void *output)
     (STAGE(VPL_GRID) | STAGE(VPL_CLUSTERS) | STAGE(VPL_TREE) | STAGE(LIGHT_PATHS) |                \
      STAGE(VPL_ORDER))
 
+#define STAGES_OF_SCREEN (STAGE(GBUFFER) | STAGE(DIRECT) | STAGE(AREA_LIGHT))
+
 // Rows keep their places when one grows.
 // clang-format off
 const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
@@ -348,7 +350,7 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
             .is_needed = is_lit,
             .why_not = no_light,
             .from = STAGE(SEEN) | STAGE(SHADOW_MAP),
-            .reads = READS_BRDF | BD_READ_LIGHT_POWER,
+            .reads = READS_BRDF | BD_READ_LIGHT_POWER | BD_READ_FALLEN,
             .params = PARAM(BRDF) | PARAM(EXECUTOR),
             KEEPS(direct, frame, made.direct, bd_run_direct),
         },
@@ -383,7 +385,7 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
             .is_needed = is_lit_by_rays,
             .why_not = no_area_light,
             .from = STAGE(SEEN) | STAGE(RAYS) | STAGE(EMITTERS) | STAGE(LAMPS),
-            .reads = READS_BRDF | BD_READ_LIGHT_SEED | BD_READ_UNIT,
+            .reads = READS_BRDF | BD_READ_LIGHT_SEED | BD_READ_UNIT | BD_READ_FALLEN,
             .params = PARAM(BRDF) | PARAM(LIGHT_RAYS) | PARAM(NOISE_FILTER) | PARAM(ALPHA),
             KEEPS(area_light, frame, made.area_light, bd_run_area_light),
         },
@@ -442,7 +444,7 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
             .walking = BD_READ_LIGHT_SHAPE | BD_READ_LIGHT_POWER,
             .gathering = ASPECT(ROUGHNESS),
             .params = PARAMS_OF_VPL | PARAM(BRDF) | PARAM(ALPHA) | PARAM(EXECUTOR) |
-                      PARAM(INDIRECT_BOUNCES) | PARAM(WALK_VPLS),
+                      PARAM(INDIRECT_BOUNCES) | PARAM(WALK_VPLS) | PARAM(CLAMP),
             KEEPS(light_paths, frame, light_paths, bd_run_light_paths),
         },
     [BD_STAGE_VPL_ORDER] =
@@ -488,7 +490,8 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
             .of = BD_STAGE_OF_WHOLE,
             .is_needed = is_indirect,
             .why_not = no_indirect,
-            .from = STAGE(SEEN) | STAGES_OF_VPLS | STAGE(FRAGMENTS) | STAGE(SURFACES) | STAGE(RAYS),
+            .from = STAGE(SEEN) | STAGES_OF_VPLS | STAGE(FRAGMENTS) | STAGE(SURFACES) |
+                    STAGE(RAYS) | STAGES_OF_SCREEN,
             .reads = BD_READ_SEED,
             .glossy = READS_BRDF,
             .reads_all_params = true,
@@ -660,6 +663,7 @@ static uint64_t key_reads(uint64_t key, const struct bd_subject *subject, uint32
     if (reads & BD_READ_SEED && subject->plan->chosen) key = key_seed(key, subject);
     if (reads & BD_READ_LIGHT_SEED) key = key_seed(key, subject);
     if (reads & BD_READ_PHOTON_SEED && subject->plan->final_gather) key = key_seed(key, subject);
+    if (reads & BD_READ_FALLEN) key = bd_key_number(key, subject->plan->from_screen);
     if (reads & BD_READ_ALONE) key = bd_key_number(key, subject->alone);
     if (reads & BD_READ_PATH_COUNT)
         key = bd_key_number(key, (uint64_t)bd_plan_light_path_root_side(subject->plan) << 32 |
@@ -683,10 +687,13 @@ static uint64_t key_from(uint64_t key, const struct bd_subject *subject, enum bd
     return key;
 }
 
-// Occluders that only look for lights hide no indirect light.
+// Occluders that only look for lights hide no indirect light, and what is not sent on from the
+// screen makes none.
 static bool is_made_from(const struct bd_plan *plan, enum bd_stage stage, enum bd_stage from)
 {
-    if (stage == BD_STAGE_INDIRECT && from == BD_STAGE_RAYS && !plan->rays) return false;
+    const bool indirect = stage == BD_STAGE_INDIRECT;
+    if (indirect && from == BD_STAGE_RAYS && !plan->rays) return false;
+    if (indirect && STAGES_OF_SCREEN >> from & 1 && !plan->from_screen) return false;
     return bd_stage_rows[stage].from >> from & 1 && bd_plan_has(plan, from);
 }
 

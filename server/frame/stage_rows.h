@@ -70,6 +70,7 @@ enum bd_stage_read {
     BD_READ_CLUSTERS_MOST = 4096u << BD_ASPECT_COUNT,
     BD_READ_PHOTON_SEED = 8192u << BD_ASPECT_COUNT, // of photons, for a final gather
     BD_READ_ALONE = 16384u << BD_ASPECT_COUNT,      // whether there are other sub-frames
+    BD_READ_FALLEN = 32768u << BD_ASPECT_COUNT,     // whether irradiance is asked for, too
 };
 
 struct bd_frame;

@@ -41,6 +41,7 @@ enum bd_err bd_run_direct(struct bd_frame *frame, struct bd_frame_light *light)
         .lights = lights,
         .light_count = subject->light_count,
         .lambert = frame->plan->params.lambert,
+        .irradiance = frame->plan->from_screen,
     };
     enum bd_err err = bd_direct_run(&frame->context, &inputs, &frame->made.direct, frame->detail);
     free(lights);
@@ -106,6 +107,7 @@ enum bd_err bd_run_area_light(struct bd_frame *frame, struct bd_frame_light *lig
         .seed = seed_of_sub_frame(&frame->subject),
         .lambert = plan->params.lambert,
         .filtered = plan->params.noise_filter,
+        .irradiance = plan->from_screen,
         .variance_part = part_of_sub_frame(frame),
     };
     return bd_area_direct_run(&frame->context, &inputs, &frame->made.area_light, frame->detail);

@@ -22,6 +22,7 @@ enum bd_frame_input {
     BD_INPUT_VPL_CLUSTERS = 1u << 2, // instead of the grid: VPLs from blocks of several sizes
     BD_INPUT_VPL_TREE = 1u << 3, // beside the grid, whose side is a power of two: a tree over it
     BD_INPUT_FINAL_GATHER = 1u << 4, // light paths in two sets (pass/light_paths.h)
+    BD_INPUT_SCREEN = 1u << 5,       // what falls on surfaces that are seen, by direct light
 };
 
 // Parameters that the frame reads for those inputs, G-buffer and direct light included.
