@@ -67,6 +67,13 @@
 #define BD_UNIT_NOISY_VECTOR 5
 #define BD_UNIT_NOISE        6
 
+// Of what the camera sees, as senders, in residual: arrays and storage blocks.
+#define BD_UNIT_SCREEN_PARTS     0
+#define BD_UNIT_SCREEN_PATCHES   1
+#define BD_UNIT_SCREEN_RECEIVERS 2
+#define BD_STORAGE_SCREEN_BOUNDS 0
+#define BD_STORAGE_SCREEN_LIGHT  1
+
 // Images of glossy_blocks.
 #define BD_IMAGE_GLOSSY_FLAGS  0
 #define BD_IMAGE_SURFACE_LEAST 1

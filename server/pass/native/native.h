@@ -15,6 +15,7 @@
 #include "shared/light.h"
 #include "shared/rays.h"
 #include "shared/receivers.h"
+#include "shared/screen.h"
 #include "shared/types.h"
 #include "shared/view.h"
 
@@ -117,6 +118,29 @@ struct bd_native_pairs {
     float texel_side[BD_LANES];
 };
 
+// A screen (shared/screen.h). What args say of the device's slices is not read.
+struct bd_native_screen {
+    const struct bd_screen_part *parts;
+    const struct bd_screen_patch *patches;
+    struct bd_screen_args args;
+};
+
+// Pixels of a block, a lane each, and where they look.
+#define BD_SCREEN_LANES (BD_SCREEN_BLOCK_SIDE * BD_SCREEN_BLOCK_SIDE)
+struct bd_screen_receivers {
+    float x[BD_SCREEN_LANES], y[BD_SCREEN_LANES], z[BD_SCREEN_LANES];
+    float normal_x[BD_SCREEN_LANES], normal_y[BD_SCREEN_LANES], normal_z[BD_SCREEN_LANES];
+    float geometric_x[BD_SCREEN_LANES], geometric_y[BD_SCREEN_LANES], geometric_z[BD_SCREEN_LANES];
+    float lit[BD_SCREEN_LANES]; // 1, or 0: it asks for nothing
+    struct bd_uvec4 bounds;
+};
+// Irradiance, what it would be of a radiance of 1, and how many parts were looked at for it.
+struct bd_screen_light {
+    float red[BD_SCREEN_LANES], green[BD_SCREEN_LANES], blue[BD_SCREEN_LANES];
+    float given[BD_SCREEN_LANES];
+    float looked[BD_SCREEN_LANES];
+};
+
 // What is summed beside irradiance.
 struct bd_native_wishes {
     bool near_patches;   // VPLs nearer than their limit are integrated as patches
@@ -165,6 +189,9 @@ struct bd_native_loops {
                 const struct bd_light_uniform *light, bool lambert, struct bd_native_aim *aim);
     // and what triangles say.
     void (*ask)(const struct bd_native_pairs *pairs, uint32_t said[BD_LANES]);
+    // What the screen gives to each lane beyond the clamp, added to zeroes.
+    void (*residual)(const struct bd_native_screen *screen,
+                     const struct bd_screen_receivers *receivers, struct bd_screen_light *light);
 };
 
 // The widest that this machine has, or none wider than BD_NATIVE_WIDTH of the environment says:

@@ -1,0 +1,132 @@
+// What a screen's parts give to a group of neighbouring pixels beyond the clamp: a walk from the
+// coarsest level down, one for all lanes, each of which goes on or takes the part by itself.
+
+#include "pass/native/loops.h"
+
+#include <string.h>
+
+#include "kernel/residual.h"
+#include "pass/native/lanes.h"
+
+#define FEW_LANES(i) for (size_t i = 0; i < BD_SCREEN_LANES; i++)
+
+// What lanes are at a part, and which of them go on to its children.
+struct walk {
+    const struct bd_native_screen *screen;
+    const struct bd_screen_receivers *receivers;
+    struct bd_screen_light *light;
+    float at[BD_SCREEN_LEVELS_MAX][BD_SCREEN_LANES]; // 1, or 0
+};
+
+static inline __attribute__((always_inline)) uint32_t
+look(const struct bd_screen_receivers *restrict r, const struct bd_screen_part *restrict part,
+     float clamp, float threshold, bool finest, const float *restrict at, float *restrict below,
+     struct bd_screen_light *restrict light)
+{
+    const f3 middle = f3_from(&part->middle_area), normal = f3_from(&part->normal_radius);
+    const f3 radiance = f3_from(&part->radiance_thickness);
+    const float area = part->middle_area.w, radius = part->normal_radius.w;
+    const float thickness = part->radiance_thickness.w;
+    uint32_t any = 0;
+    FEW_LANES(i)
+    {
+        const f3 n = f3_of(r->normal_x[i], r->normal_y[i], r->normal_z[i]);
+        const f3 n_geometric = f3_of(r->geometric_x[i], r->geometric_y[i], r->geometric_z[i]);
+        const f3 to = f3_sub(middle, f3_of(r->x[i], r->y[i], r->z[i]));
+        const float r2 = f3_dot(to, to);
+        const float most = most_of_part(n, to, r2, normal, radius, thickness);
+        const bool gives = b_and(most > clamp, at[i] > 0.0f);
+        const float excess = finest ? NEAR_PIXELS * area - r2 : most * area - threshold;
+        const bool is_wide = excess > 0.0f;
+        const bool wants = b_and(gives, is_wide);
+        const float kernel = residual_light(n, n_geometric, to, r2, normal, area, clamp);
+        const float share = f_select(b_and(gives, !wants), kernel, 0.0f);
+        light->red[i] += share * radiance.x;
+        light->green[i] += share * radiance.y;
+        light->blue[i] += share * radiance.z;
+        light->given[i] += share;
+        light->looked[i] += at[i];
+        below[i] = f_select(wants, 1.0f, 0.0f);
+        any |= wants;
+    }
+    return any;
+}
+
+// Adds a pixel to lanes that are so near that it is a patch.
+static inline __attribute__((always_inline)) void
+look_near(const struct bd_screen_receivers *restrict r, const struct bd_screen_part *restrict part,
+          const struct bd_screen_patch *restrict patch, float clamp, const float *restrict near,
+          struct bd_screen_light *restrict light)
+{
+    const f3 middle = f3_from(&part->middle_area), radiance = f3_from(&part->radiance_thickness);
+    const f3 u = f3_from(&patch->u_part), v = f3_from(&patch->v);
+    const float area = part->middle_area.w, counts = patch->u_part.w;
+    FEW_LANES(i)
+    {
+        const f3 n = f3_of(r->normal_x[i], r->normal_y[i], r->normal_z[i]);
+        const f3 n_geometric = f3_of(r->geometric_x[i], r->geometric_y[i], r->geometric_z[i]);
+        const f3 to = f3_sub(middle, f3_of(r->x[i], r->y[i], r->z[i]));
+        const float kernel = residual_patch(n, n_geometric, to, u, v, counts, area, clamp);
+        const float share = f_select(near[i] > 0.0f, kernel, 0.0f);
+        light->red[i] += share * radiance.x;
+        light->green[i] += share * radiance.y;
+        light->blue[i] += share * radiance.z;
+        light->given[i] += share;
+    }
+}
+
+static void visit_pixel(struct walk *w, uint32_t pixel)
+{
+    const struct bd_native_screen *s = w->screen;
+    const struct bd_screen_part *part = &s->parts[pixel];
+    float near[BD_SCREEN_LANES];
+    if (look(w->receivers, part, s->args.clamp, 0, true, w->at[0], near, w->light))
+        look_near(w->receivers, part, &s->patches[pixel], s->args.clamp, near, w->light);
+}
+
+// Whether any lane goes on to the part's children.
+static bool look_at(struct walk *w, const struct bd_screen_part *part, uint32_t level)
+{
+    const struct bd_screen_args *args = &w->screen->args;
+    const bool is_edge = spans_edge(part->normal_radius.w, part->radiance_thickness.w);
+    return look(w->receivers, part, args->clamp, is_edge ? args->edge_sr : args->smooth_sr, false,
+                w->at[level], w->at[level - 1], w->light) != 0;
+}
+
+static void visit(struct walk *w, uint32_t level, uint32_t x, uint32_t y)
+{
+    const struct bd_uvec4 *own = &w->screen->args.levels[level], *finer = own - 1;
+    const uint32_t index = own->z + y * own->x + x;
+    if (w->screen->parts[index].middle_area.w == 0) return;
+    if (level == 0) {
+        visit_pixel(w, index);
+        return;
+    }
+    if (!look_at(w, &w->screen->parts[index], level)) return;
+    for (uint32_t v = 2 * y; v < 2 * y + 2 && v < finer->y; v++)
+        for (uint32_t u = 2 * x; u < 2 * x + 2 && u < finer->x; u++) visit(w, level - 1, u, v);
+}
+
+static void hold(struct bd_screen_light *restrict light)
+{
+    FEW_LANES(i)
+    {
+        const float part = part_of_hemisphere(light->given[i]);
+        light->red[i] *= part;
+        light->green[i] *= part;
+        light->blue[i] *= part;
+    }
+}
+
+void WIDE(bd_native_residual)(const struct bd_native_screen *screen,
+                              const struct bd_screen_receivers *receivers,
+                              struct bd_screen_light *light)
+{
+    struct walk w = {screen, receivers, light, {{0}}};
+    const uint32_t top = screen->args.level_count - 1;
+    const struct bd_uvec4 *bounds = &receivers->bounds;
+    memcpy(w.at[top], receivers->lit, sizeof w.at[top]);
+    for (uint32_t y = bounds->y; y < bounds->w; y++)
+        for (uint32_t x = bounds->x; x < bounds->z; x++) visit(&w, top, x, y);
+    hold(light);
+}

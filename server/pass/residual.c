@@ -1,0 +1,358 @@
+#include "pass/residual.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/assert.h"
+#include "pass/f3_arrays.h"
+#include "pass/kernels.h"
+#include "pass/receivers.h"
+#include "pass/screen.h"
+#include "shared/bindings.h"
+
+// Of the slicer, one for each evaluation of a VPL: a block of pixels and all parts it looks at.
+#define UNITS_PER_BLOCK  16000.0
+#define UNITS_PER_TEXEL  1.0
+#define UNITS_PER_BOUNDS 400.0
+#define SIDE             ((uint32_t)BD_SCREEN_BLOCK_SIDE)
+
+struct residual {
+    struct bd_pass_context context; // with a processor
+    struct bd_processor processor;
+    const struct bd_residual_inputs *inputs;
+    const struct bd_program *program; // NULL: by the processor's loops
+    struct bd_screen *screen;
+    struct bd_native_screen native;
+    struct bd_uvec4 *bounds; // of blocks: where their pixels look
+    uint32_t width_px, height_px, blocks_across;
+    float radius;        // beyond which nothing is given
+    bd_dvec3 eye;        // render space
+    float *fallen, *sum; // irradiance of the last iteration, and of all: three floats a pixel
+    float *looked;       // of each pixel
+    struct bd_buf *parts, *patches, *receivers, *bounds_buf, *light; // the device's
+    struct bd_err_detail *detail;
+};
+
+static uint32_t block_count(const struct residual *s)
+{
+    return s->blocks_across * ((s->height_px + SIDE - 1) / SIDE);
+}
+
+// --- textures -----------------------------------------------------------------------------------
+
+// Adds a texture's first three channels to `into`, or what is there to the texture, which is then
+// the sum.
+static enum bd_err add_texture(struct residual *s, struct bd_tex *tex, bool writes, float *into)
+{
+    const size_t row_floats = 4 * (size_t)s->width_px;
+    enum bd_err err = BD_ERR_OK;
+    bd_slicer_work(s->context.slicer, "residual light");
+    for (uint32_t row = 0, rows; !err && row < s->height_px; row += rows) {
+        rows = bd_slicer_rows(s->context.slicer, UNITS_PER_TEXEL * s->width_px, s->height_px - row);
+        float *rgba = malloc(rows * row_floats * sizeof *rgba);
+        BD_ASSERT(rgba);
+        err = bd_tex_read_rows(s->context.gpu, tex, 0, row, rows, rgba,
+                               rows * row_floats * sizeof *rgba);
+        for (size_t i = 0; !err && i < (size_t)rows * s->width_px; i++)
+            for (size_t c = 0; c < 3; c++) {
+                float *own = into + 3 * ((size_t)row * s->width_px + i) + c;
+                float *held = rgba + 4 * i + c;
+                *(writes ? held : own) += *(writes ? own : held);
+            }
+        if (!err && writes)
+            bd_tex_upload_rows(s->context.gpu, tex, 0, row, rows, rgba,
+                               rows * row_floats * sizeof *rgba);
+        free(rgba);
+        if (!err)
+            err = bd_slicer_checkpoint(s->context.slicer, UNITS_PER_TEXEL * s->width_px * rows);
+    }
+    return err;
+}
+
+// --- where a receiver looks ---------------------------------------------------------------------
+
+// Slopes at which tangents of a circle go past it, seen from the origin: `across` and `depth` of
+// its middle. All of them where it reaches behind the viewer.
+static void tangents_of(double across, double depth, double radius, double slope[2])
+{
+    const double far2 = depth * depth - radius * radius;
+    slope[0] = -INFINITY;
+    slope[1] = INFINITY;
+    if (depth <= radius || far2 <= 1e-9 * depth * depth) return;
+    const double root = radius * sqrt(across * across + far2);
+    slope[0] = (across * depth - root) / far2;
+    slope[1] = (across * depth + root) / far2;
+}
+
+// Pixels of a side before which it begins and ends.
+static void pixels_of(const double slope[2], double half, uint32_t side_px, uint32_t out[2])
+{
+    const double first = (slope[0] / half + 1) / 2 * side_px - 1;
+    const double last = (slope[1] / half + 1) / 2 * side_px + 1;
+    out[0] = (uint32_t)fmin(fmax(floor(first), 0), side_px);
+    out[1] = (uint32_t)fmin(fmax(ceil(last), 0), side_px);
+}
+
+// Exact bounds of the sphere about a pixel in the picture: left, right, top, bottom.
+static void look_around(const struct residual *s, f3 position, uint32_t bounds[4])
+{
+    const struct bd_viewpoint *v = s->inputs->gather->viewpoint;
+    const bd_dvec3 to = {position.x - s->eye.x, position.y - s->eye.y, position.z - s->eye.z};
+    const double right = bd_dvec3_dot(to, v->axis_x), down = -bd_dvec3_dot(to, v->axis_y);
+    const double depth = -bd_dvec3_dot(to, v->axis_z), r = s->radius;
+    const double per_m = v->orthographic ? s->inputs->gather->scene->space.render_per_m : 1;
+    double across[2] = {right - r, right + r}, along[2] = {down - r, down + r};
+    if (!v->orthographic) tangents_of(right, depth, r, across);
+    if (!v->orthographic) tangents_of(down, depth, r, along);
+    pixels_of(across, v->half_width * per_m, s->width_px, bounds);
+    pixels_of(along, v->half_height * per_m, s->height_px, bounds + 2);
+}
+
+static void widen(const struct residual *s, f3 position, struct bd_uvec4 *all)
+{
+    const uint32_t shift = s->screen->level_count - 1, size = 1u << shift;
+    uint32_t bounds[4];
+    look_around(s, position, bounds);
+    const uint32_t left = bounds[0] >> shift, right = (bounds[1] + size - 1) >> shift;
+    const uint32_t top = bounds[2] >> shift, bottom = (bounds[3] + size - 1) >> shift;
+    all->x = left < all->x ? left : all->x;
+    all->z = right > all->z ? right : all->z;
+    all->y = top < all->y ? top : all->y;
+    all->w = bottom > all->w ? bottom : all->w;
+}
+
+// The pixel of a lane; false beyond the picture.
+static bool pixel_of(const struct residual *s, uint32_t block, uint32_t lane, size_t *pixel)
+{
+    const uint32_t x = block % s->blocks_across * SIDE + lane % SIDE;
+    const uint32_t y = block / s->blocks_across * SIDE + lane / SIDE;
+    *pixel = (size_t)y * s->width_px + x;
+    return x < s->width_px && y < s->height_px;
+}
+
+static void bound_block(void *user, uint32_t block)
+{
+    const struct residual *s = user;
+    struct bd_uvec4 *bounds = &s->bounds[block];
+    size_t pixel;
+    *bounds = (struct bd_uvec4){UINT32_MAX, UINT32_MAX, 0, 0};
+    for (uint32_t i = 0; i < BD_SCREEN_LANES; i++) {
+        if (!pixel_of(s, block, i, &pixel)) continue;
+        const struct bd_vec4 *place = &s->screen->receivers[pixel].place_lit;
+        if (place->w > 0) widen(s, f3_from(place), bounds);
+    }
+}
+
+// --- by the processor ---------------------------------------------------------------------------
+
+static void put_lane(const struct bd_screen_receiver *own, uint32_t i,
+                     struct bd_screen_receivers *r)
+{
+    r->x[i] = own->place_lit.x;
+    r->y[i] = own->place_lit.y;
+    r->z[i] = own->place_lit.z;
+    r->normal_x[i] = own->normal.x;
+    r->normal_y[i] = own->normal.y;
+    r->normal_z[i] = own->normal.z;
+    r->geometric_x[i] = own->normal_geometric.x;
+    r->geometric_y[i] = own->normal_geometric.y;
+    r->geometric_z[i] = own->normal_geometric.z;
+    r->lit[i] = own->place_lit.w;
+}
+
+static void light_block(void *user, uint32_t block)
+{
+    const struct residual *s = user;
+    struct bd_screen_receivers r = {.bounds = s->bounds[block]};
+    struct bd_screen_light light = {0};
+    size_t pixel;
+    for (uint32_t i = 0; i < BD_SCREEN_LANES; i++)
+        if (pixel_of(s, block, i, &pixel)) put_lane(&s->screen->receivers[pixel], i, &r);
+    s->processor.loops->residual(&s->native, &r, &light);
+    for (uint32_t i = 0; i < BD_SCREEN_LANES; i++) {
+        if (!pixel_of(s, block, i, &pixel)) continue;
+        float *to = s->fallen + 3 * pixel;
+        to[0] = light.red[i];
+        to[1] = light.green[i];
+        to[2] = light.blue[i];
+        s->looked[pixel] = light.looked[i];
+    }
+}
+
+// --- by the device ------------------------------------------------------------------------------
+
+static enum bd_err make_buffers(struct residual *s)
+{
+    struct bd_gpu *gpu = s->context.gpu;
+    const struct bd_screen *screen = s->screen;
+    const size_t pixels = (size_t)s->width_px * s->height_px;
+    enum bd_err err =
+        bd_buf_create(gpu, "parts of the screen", screen->part_count * sizeof *screen->parts, NULL,
+                      &s->parts, s->detail);
+    if (!err)
+        err = bd_buf_create(gpu, "patches of the screen", pixels * sizeof *screen->patches,
+                            screen->patches, &s->patches, s->detail);
+    if (!err)
+        err = bd_buf_create(gpu, "receivers of the screen", pixels * sizeof *screen->receivers,
+                            screen->receivers, &s->receivers, s->detail);
+    if (!err)
+        err = bd_buf_create(gpu, "bounds of the screen", block_count(s) * sizeof *s->bounds,
+                            s->bounds, &s->bounds_buf, s->detail);
+    if (!err)
+        err = bd_buf_create(gpu, "light of the screen", pixels * sizeof(struct bd_vec4), NULL,
+                            &s->light, s->detail);
+    return err;
+}
+
+static void dispatch(const struct residual *s, uint32_t row, uint32_t rows)
+{
+    struct bd_screen_args args = s->native.args;
+    struct bd_bindings bindings = {0};
+    uint32_t group[3];
+    args.first_row = row;
+    args.row_count = rows;
+    bindings.arrays[BD_UNIT_SCREEN_PARTS] = s->parts;
+    bindings.arrays[BD_UNIT_SCREEN_PATCHES] = s->patches;
+    bindings.arrays[BD_UNIT_SCREEN_RECEIVERS] = s->receivers;
+    bd_bind_storage(&bindings, BD_STORAGE_SCREEN_BOUNDS, s->bounds_buf, true, false);
+    bd_bind_storage(&bindings, BD_STORAGE_SCREEN_LIGHT, s->light, false, true);
+    bindings.uniforms[BD_UNIFORM_ARGS].bytes = &args;
+    bindings.uniforms[BD_UNIFORM_ARGS].size_bytes = sizeof args;
+    bd_program_group_size(s->program, group);
+    bd_gpu_dispatch(s->context.gpu, s->program, &bindings, bd_divided_up(s->width_px, group[0]),
+                    bd_divided_up(rows, group[1]), 1);
+}
+
+static enum bd_err fetch_light(struct residual *s, uint32_t row, uint32_t rows)
+{
+    const size_t first = (size_t)row * s->width_px, count = (size_t)rows * s->width_px;
+    struct bd_vec4 *light = malloc(count * sizeof *light);
+    BD_ASSERT(light);
+    const enum bd_err err =
+        bd_buf_read(s->context.gpu, s->light, first * sizeof *light, light, count * sizeof *light);
+    for (size_t i = 0; !err && i < count; i++) {
+        f3_store(s->fallen + 3 * (first + i), f3_from(&light[i]));
+        s->looked[first + i] = light[i].w;
+    }
+    free(light);
+    return err;
+}
+
+static enum bd_err light_rows(struct residual *s)
+{
+    const double row_units = UNITS_PER_BLOCK / BD_SCREEN_LANES * s->width_px;
+    enum bd_err err = BD_ERR_OK;
+    bd_buf_upload(s->context.gpu, s->parts, 0, s->screen->parts,
+                  s->screen->part_count * sizeof *s->screen->parts);
+    for (uint32_t row = 0, rows; !err && row < s->height_px; row += rows) {
+        rows = bd_slicer_rows(s->context.slicer, row_units, s->height_px - row);
+        dispatch(s, row, rows);
+        err = bd_slicer_checkpoint(s->context.slicer, row_units * rows);
+    }
+    return err ? err : fetch_light(s, 0, s->height_px);
+}
+
+// --- all ----------------------------------------------------------------------------------------
+
+static enum bd_err make_room(struct residual *s)
+{
+    const size_t pixels = (size_t)s->width_px * s->height_px;
+    s->fallen = calloc(3 * pixels, sizeof *s->fallen);
+    s->sum = calloc(3 * pixels, sizeof *s->sum);
+    s->looked = calloc(pixels, sizeof *s->looked);
+    s->bounds = calloc(block_count(s), sizeof *s->bounds);
+    if (s->fallen && s->sum && s->looked && s->bounds) return BD_ERR_OK;
+    return bd_err_set(s->detail, BD_ERR_NO_MEMORY, "size", "no memory for light of %zu pixels",
+                      pixels);
+}
+
+static enum bd_err iterate(struct residual *s, double *looked)
+{
+    const size_t pixels = (size_t)s->width_px * s->height_px;
+    enum bd_err err = bd_screen_shine(&s->context, s->screen, s->fallen);
+    bd_slicer_work(s->context.slicer, s->program ? "residual" : "native residual");
+    if (!err && s->program) err = light_rows(s);
+    if (!err && !s->program)
+        err = bd_receivers_each(&s->context, block_count(s), UNITS_PER_BLOCK, light_block, s);
+    for (size_t i = 0; !err && i < 3 * pixels; i++) s->sum[i] += s->fallen[i];
+    for (size_t i = 0; !err && i < pixels; i++)
+        *looked += s->looked[i] / ((double)pixels * s->inputs->iterations);
+    return err;
+}
+
+static enum bd_err set_up(struct residual *s)
+{
+    const struct bd_residual_inputs *in = s->inputs;
+    const struct bd_screen *screen = s->screen;
+    struct bd_screen_args *args = &s->native.args;
+    s->native.parts = screen->parts;
+    s->native.patches = screen->patches;
+    *args = (struct bd_screen_args){.width_px = s->width_px,
+                                    .height_px = s->height_px,
+                                    .level_count = screen->level_count,
+                                    .clamp = in->clamp,
+                                    .smooth_sr = in->smooth_sr,
+                                    .edge_sr = in->edge_sr};
+    memcpy(args->levels, screen->levels, sizeof args->levels);
+    const enum bd_err err =
+        bd_receivers_each(&s->context, block_count(s), UNITS_PER_BOUNDS, bound_block, s);
+    return err || !s->program ? err : make_buffers(s);
+}
+
+static enum bd_err run(struct residual *s, struct bd_indirect *indirect, double *looked)
+{
+    const struct bd_residual_inputs *in = s->inputs;
+    const struct bd_tex *const fallen[] = {in->direct, in->area_light, indirect->irradiance};
+    enum bd_err err = make_room(s);
+    if (!err)
+        err = bd_screen_create(&s->context, in->gather, in->lambert, in->levels, &s->screen,
+                               s->detail);
+    if (!err) err = set_up(s);
+    for (int i = 0; !err && i < 3; i++)
+        if (fallen[i]) err = add_texture(s, (struct bd_tex *)fallen[i], false, s->fallen);
+    for (uint32_t n = 0; !err && n < in->iterations; n++) err = iterate(s, looked);
+    return err ? err : add_texture(s, indirect->irradiance, true, s->sum);
+}
+
+static void finish(struct residual *s)
+{
+    struct bd_buf **const bufs[] = {&s->parts, &s->patches, &s->receivers, &s->bounds_buf,
+                                    &s->light};
+    for (size_t i = 0; i < sizeof bufs / sizeof *bufs; i++) bd_buf_destroy(s->context.gpu, bufs[i]);
+    bd_screen_destroy(&s->screen);
+    free(s->bounds);
+    free(s->fallen);
+    free(s->sum);
+    free(s->looked);
+}
+
+enum bd_err bd_residual_run(const struct bd_pass_context *context,
+                            const struct bd_residual_inputs *inputs, struct bd_indirect *indirect,
+                            double *looked, struct bd_err_detail *detail)
+{
+    const struct bd_viewpoint *viewpoint = inputs->gather->viewpoint;
+    const struct bd_render_space *space = &inputs->gather->scene->space;
+    struct residual s = {
+        .context = *context,
+        .processor = {inputs->pool, bd_native_loops()},
+        .inputs = inputs,
+        .width_px = viewpoint->width_px,
+        .height_px = viewpoint->height_px,
+        .blocks_across = (viewpoint->width_px + SIDE - 1) / SIDE,
+        .radius = 1 / sqrtf(inputs->clamp),
+        .eye = bd_render_from_world(space, viewpoint->position_m),
+        .detail = detail,
+    };
+    enum bd_err err = BD_ERR_OK;
+    BD_ASSERT(inputs->clamp > 0 && inputs->iterations > 0);
+    *looked = 0;
+    if (!context->processor)
+        err = bd_compute_get(context->gpu, "pass/residual/residual.comp", NULL, &s.program, detail);
+    s.context.processor = &s.processor;
+    bd_gpu_pass_begin(context->gpu, "residual");
+    if (!err) err = run(&s, indirect, looked);
+    bd_gpu_pass_end(context->gpu);
+    finish(&s);
+    return err;
+}

@@ -1,0 +1,45 @@
+// What a clamp of cos cos / r^2 takes off light that surfaces near a receiver send it, from what
+// the camera sees of those: screen-space bias compensation (Novak, Engelhardt, Dachsbacher 2011).
+//
+//   X_0 = direct + clamped indirect light, as surfaces send it on, without emission
+//   X_n = T_r X_(n-1), n = 1 .. iterations;   what is added: their sum
+//
+// algorithms.md A3, its errors mended: X, not the virtual lights (S2); a projected sphere's exact
+// bounds (S3); power that is conserved (S4). What surfaces send on is all that their BRDF reflects,
+// but evenly. The operator never creates energy: a part sends no more than its share of the
+// hemisphere, less what the clamp left.
+//
+// Exact as pixels become small, for surfaces that are in the picture, face the receiver and hide
+// nothing from it. What hides behind others, or lies outside, is missing; surfaces that face it
+// from behind others give it light.
+//
+// Cost: iterations x pixels x parts that are looked at, some 100 to 300 (`looked`), on the
+// processor, whatever the device.
+//
+// Thread: render thread, and the pool's.
+
+#ifndef BD_PASS_RESIDUAL_H
+#define BD_PASS_RESIDUAL_H
+
+#include "pass/gather.h"
+
+struct bd_residual_inputs {
+    const struct bd_gather_inputs *gather;
+    struct bd_pool *pool;
+    // What falls on surfaces that are seen, of direct light: RGBA32F, NULL where there is none.
+    const struct bd_tex *direct, *area_light;
+    float clamp;              // b, per render unit squared; above 0
+    uint32_t iterations;      // at least 1
+    uint32_t levels;          // of parts, 1 to BD_SCREEN_LEVELS_MAX
+    float smooth_sr, edge_sr; // above which a part is looked at closer, and one that spans an edge
+    bool lambert;
+};
+
+// Adds to the irradiance of `indirect`, in a pass "residual". `*looked`: parts, a pixel and
+// iteration.
+BD_MUST_CHECK
+enum bd_err bd_residual_run(const struct bd_pass_context *context,
+                            const struct bd_residual_inputs *inputs, struct bd_indirect *indirect,
+                            double *looked, struct bd_err_detail *detail);
+
+#endif

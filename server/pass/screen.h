@@ -1,0 +1,43 @@
+// What the camera sees, as senders of light: levels of parts (shared/screen.h), each the sum of up
+// to four of the level below, so that what is far is a few parts and what is near its pixels
+// (algorithms.md A3, hierarchy with S4 mended: means by area, power is conserved exactly).
+//
+// A pixel stands for the surface that it covers: across depth^2 / cosine, which is held, and fades,
+// where it grazes; at a crease up to there. Surfaces that are hidden or outside of the picture are
+// not there.
+//
+// On the processor, whatever the device. 148 bytes a pixel. Private to pass/.
+//
+// Thread: render thread, and the pool's.
+
+#ifndef BD_PASS_SCREEN_H
+#define BD_PASS_SCREEN_H
+
+#include "pass/gather.h"
+#include "pass/native/native.h"
+
+// All of it as the device's arrays have it, too (shared/screen.h).
+struct bd_screen {
+    uint32_t width_px, height_px, level_count;
+    struct bd_uvec4 levels[BD_SCREEN_LEVELS_MAX];
+    size_t part_count;
+    struct bd_screen_part *parts;
+    struct bd_screen_patch *patches;
+    struct bd_screen_receiver *receivers;
+    f3 *sends; // of a pixel: radiance for a unit of irradiance
+};
+
+// `context` has a processor. `levels`: how many there are at most, 1 to BD_SCREEN_LEVELS_MAX.
+// BD_ERR_NO_MEMORY, or what the slicer returns. Nothing is sent yet.
+BD_MUST_CHECK
+enum bd_err bd_screen_create(const struct bd_pass_context *context,
+                             const struct bd_gather_inputs *gather, bool lambert, uint32_t levels,
+                             struct bd_screen **out, struct bd_err_detail *detail);
+void bd_screen_destroy(struct bd_screen **screen);
+
+// What all parts send, of the irradiance of pixels: three floats each.
+BD_MUST_CHECK
+enum bd_err bd_screen_shine(const struct bd_pass_context *context, struct bd_screen *screen,
+                            const float *irradiance);
+
+#endif

@@ -1,0 +1,104 @@
+// What a screen's parts give to a pixel beyond the clamp: a walk over each part of the coarsest
+// level that may be near, down to what is small or far enough. It keeps no stack: of a part's place
+// follows which is next.
+#include "common/array.glsl"
+#include "kernel/residual.h"
+#include "shared/bindings.h"
+#include "shared/screen.h"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(std140, binding = BD_UNIFORM_ARGS) uniform args_block { bd_screen_args args; };
+BD_ARRAY(screen_parts, BD_UNIT_SCREEN_PARTS);
+BD_ARRAY(screen_patches, BD_UNIT_SCREEN_PATCHES);
+BD_ARRAY(screen_receivers, BD_UNIT_SCREEN_RECEIVERS);
+layout(std430, binding = BD_STORAGE_SCREEN_BOUNDS) readonly buffer bounds_block { uvec4 bounds[]; };
+layout(std430, binding = BD_STORAGE_SCREEN_LIGHT) writeonly buffer light_block { vec4 light[]; };
+
+struct receiver {
+    vec3 place, normal, normal_geometric;
+};
+
+// rgb = irradiance, a = what it would be of a radiance of 1; and how many parts were looked at.
+vec4 sum = vec4(0.0);
+float looked = 0.0;
+
+void add_patch(receiver r, vec3 to, uint pixel, float area, vec3 radiance)
+{
+    vec4 u = BD_LOAD(screen_patches, pixel * BD_SCREEN_PATCH_VEC4S);
+    vec3 v = BD_LOAD(screen_patches, pixel * BD_SCREEN_PATCH_VEC4S + 1u).xyz;
+    sum += vec4(radiance, 1.0) * residual_patch(r.normal, r.normal_geometric, to, u.xyz, v, u.w, area, args.clamp);
+}
+
+// Adds a part; or nothing, and true, where it is to be looked at closer.
+bool look(receiver r, uint level, uvec2 at)
+{
+    uint index = args.levels[level].z + at.y * args.levels[level].x + at.x;
+    vec4 middle = BD_LOAD(screen_parts, index * BD_SCREEN_PART_VEC4S);
+    vec4 normal = BD_LOAD(screen_parts, index * BD_SCREEN_PART_VEC4S + 1u);
+    vec4 radiance = BD_LOAD(screen_parts, index * BD_SCREEN_PART_VEC4S + 2u);
+    vec3 to = middle.xyz - r.place;
+    float r2 = dot(to, to), area = middle.w;
+    if (area == 0.0) return false;
+    looked += 1.0;
+    float most = most_of_part(r.normal, to, r2, normal.xyz, normal.w, radiance.w);
+    if (!(most > args.clamp)) return false;
+    float threshold = spans_edge(normal.w, radiance.w) ? args.edge_sr : args.smooth_sr;
+    if (level > 0u && most * area > threshold) return true;
+    if (level == 0u && r2 < NEAR_PIXELS * area)
+        add_patch(r, to, index, area, radiance.rgb);
+    else
+        sum += vec4(radiance.rgb, 1.0) *
+               residual_light(r.normal, r.normal_geometric, to, r2, normal.xyz, area, args.clamp);
+    return false;
+}
+
+bool is_in(uint level, uvec2 at) { return at.x < args.levels[level].x && at.y < args.levels[level].y; }
+
+// The part behind this one and all below it, of those under one of the coarsest level; false at the
+// end. Four siblings are rows of two.
+bool next(inout uint level, inout uvec2 at)
+{
+    uint top = args.level_count - 1u;
+    while (level < top) {
+        bool is_right = (at.x & 1u) != 0u, is_low = (at.y & 1u) != 0u;
+        if (is_right && is_low) {
+            at >>= 1u;
+            level++;
+            continue;
+        }
+        at = is_right ? uvec2(at.x - 1u, at.y + 1u) : uvec2(at.x + 1u, at.y);
+        if (is_in(level, at)) return true;
+    }
+    return false;
+}
+
+void walk(receiver r, uvec2 root)
+{
+    uint level = args.level_count - 1u;
+    uvec2 at = root;
+    bool goes_on = true;
+    while (goes_on) {
+        if (look(r, level, at)) {
+            level--;
+            at <<= 1u;
+        } else {
+            goes_on = next(level, at);
+        }
+    }
+}
+
+void main()
+{
+    uvec2 pixel = gl_GlobalInvocationID.xy + uvec2(0u, args.first_row);
+    if (pixel.x >= args.width_px || gl_GlobalInvocationID.y >= args.row_count) return;
+    uint index = pixel.y * args.width_px + pixel.x;
+    vec4 place = BD_LOAD(screen_receivers, index * BD_SCREEN_RECEIVER_VEC4S);
+    receiver r = receiver(place.xyz, BD_LOAD(screen_receivers, index * BD_SCREEN_RECEIVER_VEC4S + 1u).xyz,
+                          BD_LOAD(screen_receivers, index * BD_SCREEN_RECEIVER_VEC4S + 2u).xyz);
+    uint across = (args.width_px + BD_SCREEN_BLOCK_SIDE - 1u) / BD_SCREEN_BLOCK_SIDE;
+    uvec4 bound = bounds[pixel.y / BD_SCREEN_BLOCK_SIDE * across + pixel.x / BD_SCREEN_BLOCK_SIDE];
+    if (place.w > 0.0)
+        for (uint y = bound.y; y < bound.w; y++)
+            for (uint x = bound.x; x < bound.z; x++) walk(r, uvec2(x, y));
+    light[index] = vec4(sum.rgb * part_of_hemisphere(sum.a), looked);
+}
