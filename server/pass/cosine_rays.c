@@ -85,7 +85,7 @@ static bool aim(const struct bd_cosine_rays *r, const struct receiver *at, uint3
     *ray = (struct bd_ray){.origin = {from.x, from.y, from.z},
                            .from_triangle = at->triangle,
                            .direction = {d.x, d.y, d.z},
-                           .far = INFINITY};
+                           .far = r->reach > 0 ? r->reach : INFINITY};
     return f3_dot(d, at->normal_geometric) > 0;
 }
 

@@ -15,6 +15,7 @@ struct bd_cosine_rays {
     uint32_t of_receiver; // even: of both halves in turn
     uint64_t seed;
     uint32_t one_of; // of so many receivers, a power of two, one sends any; spread evenly
+    float reach;     // of rays, render units; 0: as far as there is anything
     // Of a part: its groups' rays side by side.
     uint32_t count;
     struct bd_ray *rays;

@@ -1,5 +1,6 @@
 #include "pass/far.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -7,6 +8,7 @@
 #include "pass/cosine_rays.h"
 #include "pass/f3_arrays.h"
 #include "pass/kernels.h"
+#include "pass/screen.h"
 
 #define HALVES BD_COSINE_HALVES
 // Of rays and what they meet at once.
@@ -85,6 +87,21 @@ static float left_out(const struct far *f, float distance)
     return area > 0 ? area / (F_PI * distance * distance + area) : 0;
 }
 
+// What clamped ones do, and no screen has given back.
+static float taken_off(const struct far *f, uint32_t group, uint32_t ray,
+                       const struct bd_surface_point *at)
+{
+    const struct bd_far_inputs *in = f->inputs;
+    const float *d = f->rays.rays[ray].direction, distance = f->rays.hits[ray].distance;
+    const f3 direction = f3_of(d[0], d[1], d[2]);
+    const f3 normal = f3_at(&f->part->receivers[group].normal, f->rays.lanes[ray] / HALVES);
+    const float cosines = -f3_dot(normal, direction) * f3_dot(at->normal, direction);
+    const float bound = in->clamp * distance * distance;
+    if (!(cosines > bound)) return 0;
+    const float part = 1 - bound / cosines;
+    return in->screen ? part * (1 - bd_screen_holds(in->screen, at->position, at->normal)) : part;
+}
+
 static void add(const struct far *f, uint32_t group, uint8_t lane, f3 irradiance)
 {
     struct bd_receiver_light *light = &f->part->light[group];
@@ -110,6 +127,39 @@ static f3 sent(const struct far *f, uint32_t ray, float cosine)
                                   cosine);
 }
 
+// Of a place that a ray met, `part` of whose light is left out.
+static void ask_first_light(const struct far *f, uint32_t group, uint32_t ray, float part,
+                            float pdf, struct bd_surface_point *at)
+{
+    const uint32_t slot = f->rays.first_ray[group] + f->place_count[group]++;
+    at->number = f->rays.numbers[ray];
+    f->places[slot] = *at;
+    f->askers[slot] = (struct asker){1 / (float)f->inputs->rays * part / pdf, group, ray};
+}
+
+static void add_cells(const struct far *f, uint32_t group, uint32_t ray, float part,
+                      const struct bd_surface_point *at)
+{
+    const f3 light = bd_irradiance_cells_look(f->inputs->cells, at->position, at->normal);
+    add(f, group, f->rays.lanes[ray],
+        f3_scale(f3_mul(sent(f, ray, BD_FROM_EVERYWHERE), light), part / (float)f->inputs->rays));
+}
+
+static void tell_clamped_ray(const struct far *f, uint32_t group, uint32_t ray)
+{
+    const struct bd_ray_hit *hit = &f->rays.hits[ray];
+    const float *d = f->rays.rays[ray].direction;
+    struct bd_surface_point at;
+    if (hit->triangle == BD_NO_TRIANGLE || !bd_surface_hit_at(&f->surfaces, hit->triangle, hit->u,
+                                                              hit->v, f3_of(d[0], d[1], d[2]), &at))
+        return;
+    const float part = taken_off(f, group, ray, &at);
+    if (part == 0) return;
+    const float pdf = pdf_of_asking(f, ray, part);
+    if (f->inputs->cells) add_cells(f, group, ray, part, &at);
+    if (pdf > 0) ask_first_light(f, group, ray, part, pdf, &at);
+}
+
 static void tell_ray(const struct far *f, uint32_t group, uint32_t ray)
 {
     const struct bd_far_inputs *in = f->inputs;
@@ -121,17 +171,8 @@ static void tell_ray(const struct far *f, uint32_t group, uint32_t ray)
     if ((!in->cells && pdf == 0) || !bd_surface_hit_at(&f->surfaces, hit->triangle, hit->u, hit->v,
                                                        f3_of(d[0], d[1], d[2]), &at))
         return;
-    const float share = 1 / (float)in->rays;
-    if (in->cells)
-        add(f, group, f->rays.lanes[ray],
-            f3_scale(f3_mul(sent(f, ray, BD_FROM_EVERYWHERE),
-                            bd_irradiance_cells_look(in->cells, at.position, at.normal)),
-                     share));
-    if (pdf == 0) return;
-    const uint32_t slot = f->rays.first_ray[group] + f->place_count[group]++;
-    at.number = f->rays.numbers[ray];
-    f->places[slot] = at;
-    f->askers[slot] = (struct asker){share * part / pdf, group, ray};
+    if (in->cells) add_cells(f, group, ray, 1, &at);
+    if (pdf > 0) ask_first_light(f, group, ray, part, pdf, &at);
 }
 
 static void tell_group(void *user, uint32_t group)
@@ -139,7 +180,8 @@ static void tell_group(void *user, uint32_t group)
     const struct far *f = user;
     const uint32_t first = f->rays.first_ray[group];
     f->place_count[group] = 0;
-    for (uint32_t i = first; i < first + f->rays.ray_count[group]; i++) tell_ray(f, group, i);
+    for (uint32_t i = first; i < first + f->rays.ray_count[group]; i++)
+        f->inputs->clamp > 0 ? tell_clamped_ray(f, group, i) : tell_ray(f, group, i);
 }
 
 // Of all groups, side by side.
@@ -295,7 +337,10 @@ static enum bd_err run(const struct bd_pass_context *context, const struct bd_fa
         .processor = {inputs->visibility->pool, NULL},
         .inputs = inputs,
         .roulette = bd_sequence_of(bd_askers_seed(inputs->seed), OF_ROULETTE),
-        .rays = {.of_receiver = inputs->rays, .seed = inputs->seed, .one_of = 1},
+        .rays = {.of_receiver = inputs->rays,
+                 .seed = inputs->seed,
+                 .one_of = 1,
+                 .reach = inputs->clamp > 0 ? 1 / sqrtf(inputs->clamp) : 0},
         .of_points = of_points,
         .detail = detail,
     };

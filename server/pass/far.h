@@ -6,6 +6,10 @@
 // that meets a surface there brings the rest of what falls on it, so that both together have all of
 // it, whatever A: a large one makes light of few virtual lights smooth, and noise of it.
 //
+// The same of virtual lights that are clamped (algorithms.md A3), whose cos cos / r^2 is at most b:
+// within 1 / sqrt(b) a ray brings what that takes off, of all light, beside what a screen gave
+// back.
+//
 // Of each receiver half of the rays make one picture and half another, which share no random
 // number. Unbiased but for the cache. Cost: a ray and a look into the cache, some .5 us of one
 // core.
@@ -22,18 +26,23 @@
 #include "pass/first_light.h"
 #include "pass/gather_fragments.h"
 
+struct bd_screen;
+
 #define BD_FAR_RAYS_MAX 1024u
 
 struct bd_far_inputs {
     const struct bd_scene *snapshot;
     const struct bd_visibility_inputs *visibility;
-    // What is brought of every place that is met, whatever the distance; or NULL.
+    // What is brought of every place that is met, whatever the distance; of clamped lights as far
+    // as those leave it out; or NULL.
     const struct bd_irradiance_cells *cells;
     // What is brought beside first light where virtual lights leave something out, of points that
     // are the receivers; or NULL.
     const struct bd_irradiance_points *points;
     const struct bd_first_light *first;
     float area;    // A, render units squared; 0: nothing was left out near virtual lights
+    float clamp;   // b, per render unit squared, instead of A; 0: none
+    const struct bd_screen *screen; // of clamped lights: what gave back what it holds; or NULL
     uint32_t rays; // of a receiver: even, 2 to BD_FAR_RAYS_MAX
     uint64_t seed;
     enum bd_sends sends; // what surfaces do

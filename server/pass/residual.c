@@ -8,7 +8,6 @@
 #include "pass/f3_arrays.h"
 #include "pass/kernels.h"
 #include "pass/receivers.h"
-#include "pass/screen.h"
 #include "shared/bindings.h"
 
 // Of the slicer, one for each evaluation of a VPL: a block of pixels and all parts it looks at.
@@ -22,12 +21,11 @@ struct residual {
     struct bd_processor processor;
     const struct bd_residual_inputs *inputs;
     const struct bd_program *program; // NULL: by the processor's loops
-    struct bd_screen *screen;
+    struct bd_screen *screen;         // borrowed
     struct bd_native_screen native;
     struct bd_uvec4 *bounds; // of blocks: where their pixels look
     uint32_t width_px, height_px, blocks_across;
     float radius;        // beyond which nothing is given
-    bd_dvec3 eye;        // render space
     float *fallen, *sum; // irradiance of the last iteration, and of all: three floats a pixel
     float *looked;       // of each pixel
     struct bd_buf *parts, *patches, *receivers, *bounds_buf, *light; // the device's
@@ -97,11 +95,12 @@ static void pixels_of(const double slope[2], double half, uint32_t side_px, uint
 // Exact bounds of the sphere about a pixel in the picture: left, right, top, bottom.
 static void look_around(const struct residual *s, f3 position, uint32_t bounds[4])
 {
-    const struct bd_viewpoint *v = s->inputs->gather->viewpoint;
-    const bd_dvec3 to = {position.x - s->eye.x, position.y - s->eye.y, position.z - s->eye.z};
+    const struct bd_viewpoint *v = &s->screen->viewpoint;
+    const bd_dvec3 to = {position.x - s->screen->eye.x, position.y - s->screen->eye.y,
+                         position.z - s->screen->eye.z};
     const double right = bd_dvec3_dot(to, v->axis_x), down = -bd_dvec3_dot(to, v->axis_y);
     const double depth = -bd_dvec3_dot(to, v->axis_z), r = s->radius;
-    const double per_m = v->orthographic ? s->inputs->gather->scene->space.render_per_m : 1;
+    const double per_m = s->screen->per_m;
     double across[2] = {right - r, right + r}, along[2] = {down - r, down + r};
     if (!v->orthographic) tangents_of(right, depth, r, across);
     if (!v->orthographic) tangents_of(down, depth, r, along);
@@ -305,9 +304,6 @@ static enum bd_err run(struct residual *s, struct bd_indirect *indirect, double 
     const struct bd_residual_inputs *in = s->inputs;
     const struct bd_tex *const fallen[] = {in->direct, in->area_light, indirect->irradiance};
     enum bd_err err = make_room(s);
-    if (!err)
-        err = bd_screen_create(&s->context, in->gather, in->lambert, in->levels, &s->screen,
-                               s->detail);
     if (!err) err = set_up(s);
     for (int i = 0; !err && i < 3; i++)
         if (fallen[i]) err = add_texture(s, (struct bd_tex *)fallen[i], false, s->fallen);
@@ -320,7 +316,6 @@ static void finish(struct residual *s)
     struct bd_buf **const bufs[] = {&s->parts, &s->patches, &s->receivers, &s->bounds_buf,
                                     &s->light};
     for (size_t i = 0; i < sizeof bufs / sizeof *bufs; i++) bd_buf_destroy(s->context.gpu, bufs[i]);
-    bd_screen_destroy(&s->screen);
     free(s->bounds);
     free(s->fallen);
     free(s->sum);
@@ -331,17 +326,15 @@ enum bd_err bd_residual_run(const struct bd_pass_context *context,
                             const struct bd_residual_inputs *inputs, struct bd_indirect *indirect,
                             double *looked, struct bd_err_detail *detail)
 {
-    const struct bd_viewpoint *viewpoint = inputs->gather->viewpoint;
-    const struct bd_render_space *space = &inputs->gather->scene->space;
     struct residual s = {
         .context = *context,
         .processor = {inputs->pool, bd_native_loops()},
         .inputs = inputs,
-        .width_px = viewpoint->width_px,
-        .height_px = viewpoint->height_px,
-        .blocks_across = (viewpoint->width_px + SIDE - 1) / SIDE,
+        .screen = inputs->screen,
+        .width_px = inputs->screen->width_px,
+        .height_px = inputs->screen->height_px,
+        .blocks_across = (inputs->screen->width_px + SIDE - 1) / SIDE,
         .radius = 1 / sqrtf(inputs->clamp),
-        .eye = bd_render_from_world(space, viewpoint->position_m),
         .detail = detail,
     };
     enum bd_err err = BD_ERR_OK;

@@ -22,17 +22,16 @@
 #define BD_PASS_RESIDUAL_H
 
 #include "pass/gather.h"
+#include "pass/screen.h"
 
 struct bd_residual_inputs {
-    const struct bd_gather_inputs *gather;
+    struct bd_screen *screen; // what it sends is set
     struct bd_pool *pool;
     // What falls on surfaces that are seen, of direct light: RGBA32F, NULL where there is none.
     const struct bd_tex *direct, *area_light;
     float clamp;              // b, per render unit squared; above 0
     uint32_t iterations;      // at least 1
-    uint32_t levels;          // of parts, 1 to BD_SCREEN_LEVELS_MAX
     float smooth_sr, edge_sr; // above which a part is looked at closer, and one that spans an edge
-    bool lambert;
 };
 
 // Adds to the irradiance of `indirect`, in a pass "residual". `*looked`: parts, a pixel and

@@ -25,7 +25,6 @@ struct build {
     const struct bd_receiver_part *part;
     const float *irradiance;
     uint32_t level; // of the loop under way
-    bd_dvec3 eye;   // render space
     bool lambert;
 };
 
@@ -46,9 +45,7 @@ static struct bd_vec4 vec4_of(f3 v, float w)
 // Half a pixel to the right and up, of a ray that is as long as to depth 1.
 static f3 step_of(const struct build *b, bd_dvec3 axis, double half, uint32_t side_px)
 {
-    const struct bd_viewpoint *v = b->gather->viewpoint;
-    const double scale = v->orthographic ? b->gather->scene->space.render_per_m : 1;
-    const bd_dvec3 step = bd_dvec3_scale(axis, half * scale / side_px);
+    const bd_dvec3 step = bd_dvec3_scale(axis, half * b->screen->per_m / side_px);
     return f3_of((float)step.x, (float)step.y, (float)step.z);
 }
 
@@ -58,8 +55,8 @@ static void cover(const struct build *b, const struct bd_area_receiver *at,
 {
     const struct bd_viewpoint *v = b->gather->viewpoint;
     const f3 normal = at->normal_geometric, ray = f3_scale(at->viewer, -1);
-    const bd_dvec3 to = {at->position.x - b->eye.x, at->position.y - b->eye.y,
-                         at->position.z - b->eye.z};
+    const bd_dvec3 to = {at->position.x - b->screen->eye.x, at->position.y - b->screen->eye.y,
+                         at->position.z - b->screen->eye.z};
     const float depth = v->orthographic ? 1 : (float)-bd_dvec3_dot(to, v->axis_z);
     const f3 right = step_of(b, v->axis_x, v->half_width, v->width_px);
     const f3 up = step_of(b, v->axis_y, v->half_height, v->height_px);
@@ -208,7 +205,8 @@ static void lift_row(void *user, uint32_t y)
     const bd_dvec3 axis = b->gather->viewpoint->axis_z;
     for (size_t i = (size_t)y * s->width_px; i < (size_t)(y + 1) * s->width_px; i++) {
         struct bd_vec4 *at = &s->receivers[i].place_lit;
-        const bd_dvec3 to = {b->eye.x - at->x, b->eye.y - at->y, b->eye.z - at->z};
+        const bd_dvec3 to = {b->screen->eye.x - at->x, b->screen->eye.y - at->y,
+                             b->screen->eye.z - at->z};
         const bd_dvec3 d = orthographic ? axis : to;
         if (s->patches[i].v.w == 0) continue;
         const f3 way = f3_unit(f3_of((float)d.x, (float)d.y, (float)d.z));
@@ -271,6 +269,50 @@ enum bd_err bd_screen_shine(const struct bd_pass_context *context, struct bd_scr
     return err;
 }
 
+// --- what is there ------------------------------------------------------------------------------
+
+// Of a pixel's patch: rounding, and how far a curved surface leaves its plane, of a pixel's size.
+#define WIDER     1.02f
+#define OFF_PLANE 0.1f
+
+// How much of a place is a pixel's, whose plane and patch hold it.
+static float held_by(const struct bd_screen *s, int64_t x, int64_t y, f3 position, f3 normal)
+{
+    if (x < 0 || y < 0 || x >= s->width_px || y >= s->height_px) return 0;
+    const size_t pixel = (size_t)y * s->width_px + (size_t)x;
+    const struct bd_screen_part *part = &s->parts[pixel];
+    const struct bd_screen_patch *patch = &s->patches[pixel];
+    const f3 u = f3_from(&patch->u_part), v = f3_from(&patch->v);
+    const f3 own_normal = f3_from(&part->normal_radius);
+    const f3 off = f3_sub(position, f3_from(&part->middle_area));
+    if (part->middle_area.w == 0 || f3_dot(normal, own_normal) < 0.5f) return 0;
+    if (f_abs(f3_dot(off, own_normal)) > OFF_PLANE * part->normal_radius.w) return 0;
+    const f3 across = f3_cross(v, own_normal), along = f3_cross(u, own_normal);
+    const float right = f3_dot(off, across), up = f3_dot(off, along);
+    const bool inside = f_abs(right) <= WIDER * f_abs(f3_dot(u, across)) &&
+                        f_abs(up) <= WIDER * f_abs(f3_dot(v, along));
+    return inside ? patch->u_part.w : 0;
+}
+
+float bd_screen_holds(const struct bd_screen *s, f3 position, f3 normal)
+{
+    const struct bd_viewpoint *v = &s->viewpoint;
+    const bd_dvec3 to = {position.x - s->eye.x, position.y - s->eye.y, position.z - s->eye.z};
+    const double depth = v->orthographic ? s->per_m : -bd_dvec3_dot(to, v->axis_z);
+    if (depth <= 0) return 0;
+    const double right = bd_dvec3_dot(to, v->axis_x) / (depth * v->half_width);
+    const double down = -bd_dvec3_dot(to, v->axis_y) / (depth * v->half_height);
+    if (!(fabs(right) <= 1 && fabs(down) <= 1)) return 0;
+    const int64_t x = (int64_t)floor((right + 1) / 2 * s->width_px + .5 - v->sample_x_px);
+    const int64_t y = (int64_t)floor((down + 1) / 2 * s->height_px + .5 - v->sample_y_px);
+    // At a crease a pixel beside it holds the place.
+    const int64_t beside[5][2] = {{0, 0}, {1, 0}, {-1, 0}, {0, 1}, {0, -1}};
+    float most = 0;
+    for (int i = 0; i < 5 && most == 0; i++)
+        most = held_by(s, x + beside[i][0], y + beside[i][1], position, normal);
+    return most;
+}
+
 // --- all ----------------------------------------------------------------------------------------
 
 static enum bd_err make_room(struct bd_screen *s, uint32_t levels, struct bd_err_detail *detail)
@@ -295,30 +337,37 @@ static enum bd_err make_room(struct bd_screen *s, uint32_t levels, struct bd_err
 }
 
 enum bd_err bd_screen_create(const struct bd_pass_context *context,
-                             const struct bd_gather_inputs *gather, bool lambert, uint32_t levels,
-                             struct bd_screen **out, struct bd_err_detail *detail)
+                             const struct bd_gather_inputs *gather, struct bd_pool *pool,
+                             bool lambert, uint32_t levels, struct bd_screen **out,
+                             struct bd_err_detail *detail)
 {
+    const struct bd_processor processor = {pool, bd_native_loops()};
+    struct bd_pass_context own = *context;
+    own.processor = &processor;
     BD_ASSERT(levels >= 1 && levels <= BD_SCREEN_LEVELS_MAX);
     struct bd_screen *screen = *out = calloc(1, sizeof *screen);
     BD_ASSERT(screen);
     screen->width_px = gather->viewpoint->width_px;
     screen->height_px = gather->viewpoint->height_px;
+    screen->viewpoint = *gather->viewpoint;
+    screen->eye = bd_render_from_world(&gather->scene->space, gather->viewpoint->position_m);
+    screen->per_m = gather->viewpoint->orthographic ? gather->scene->space.render_per_m : 1;
     struct build b = {
-        .context = context,
+        .context = &own,
         .gather = gather,
         .screen = screen,
-        .eye = bd_render_from_world(&gather->scene->space, gather->viewpoint->position_m),
         .lambert = lambert,
     };
     const struct bd_receivers_inputs receivers = {
         .askers = bd_gather_askers(gather),
         .glossy = true,
         .starts = true,
+        .pass = "residual",
         .light = take_part,
         .user = &b,
     };
     enum bd_err err = make_room(screen, levels, detail);
-    if (!err) err = bd_receivers_run(context, &receivers, detail);
+    if (!err) err = bd_receivers_run(&own, &receivers, detail);
     if (!err) err = join_levels(&b);
     if (err) bd_screen_destroy(out);
     return err;

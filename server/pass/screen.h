@@ -25,15 +25,22 @@ struct bd_screen {
     struct bd_screen_patch *patches;
     struct bd_screen_receiver *receivers;
     f3 *sends; // of a pixel: radiance for a unit of irradiance
+    struct bd_viewpoint viewpoint;
+    bd_dvec3 eye; // render space
+    double per_m; // of an orthographic viewpoint's sizes, render units; else 1
 };
 
-// `context` has a processor. `levels`: how many there are at most, 1 to BD_SCREEN_LEVELS_MAX.
+// `levels`: how many there are at most, 1 to BD_SCREEN_LEVELS_MAX.
 // BD_ERR_NO_MEMORY, or what the slicer returns. Nothing is sent yet.
 BD_MUST_CHECK
 enum bd_err bd_screen_create(const struct bd_pass_context *context,
-                             const struct bd_gather_inputs *gather, bool lambert, uint32_t levels,
-                             struct bd_screen **out, struct bd_err_detail *detail);
+                             const struct bd_gather_inputs *gather, struct bd_pool *pool,
+                             bool lambert, uint32_t levels, struct bd_screen **out,
+                             struct bd_err_detail *detail);
 void bd_screen_destroy(struct bd_screen **screen);
+
+// How much of a place on a surface the screen stands for: none of one that is hidden or outside.
+float bd_screen_holds(const struct bd_screen *screen, f3 position, f3 normal);
 
 // What all parts send, of the irradiance of pixels: three floats each.
 BD_MUST_CHECK

@@ -47,10 +47,8 @@ static struct bd_residual_inputs inputs_of(const struct view *view, const struct
     return (struct bd_residual_inputs){
         .clamp = (float)(asked->clamp_per_m2 / (per_m * per_m)),
         .iterations = asked->iterations,
-        .levels = asked->levels,
         .smooth_sr = asked->smooth_sr,
         .edge_sr = asked->edge_sr,
-        .lambert = true,
     };
 }
 
@@ -70,15 +68,17 @@ static float *given_by(struct view *view, const struct asked *asked, bool on_dev
     struct bd_err_detail detail = {0};
     float *rgba = malloc(bytes);
     assert_non_null(rgba);
-    inputs.gather = &gather;
+    if (!on_device) context.processor = &processor;
+    if (bd_screen_create(&context, &gather, pool, true, asked->levels, &inputs.screen, &detail))
+        fail_msg("screen: %s", detail.message);
     inputs.pool = pool;
     inputs.direct = direct;
-    if (!on_device) context.processor = &processor;
     if (bd_residual_run(&context, &inputs, &indirect, looked, &detail))
         fail_msg("residual: %s", detail.message);
     view_read(view, indirect.irradiance, rgba, bytes);
     bd_tex_destroy(gpu, &direct);
     bd_tex_destroy(gpu, &indirect.irradiance);
+    bd_screen_destroy(&inputs.screen);
     bd_pool_destroy(&pool);
     return rgba;
 }
