@@ -15,100 +15,31 @@
 //         surfaces that a later sub-frame lights by itself reflect by the mean of their lobe; the
 //         cheapest rung flickers while lights move
 
-#include "pass/cache.h"
 #include "pass/filter_light.h"
 #include "pass/gather_chosen.h"
-#include "pass/gather_chosen_fragments.h"
 #include "pass/gloss.h"
 #include "pass/light_paths.h"
-#include "technique/fragment_light.h"
+#include "technique/far_light.h"
 #include "technique/technique.h"
-
-// Noise of far rays is as white as they are few: 8.2, 5.4 and 6.3 % of the indirect mean in a box with
-// four of either kind and 1, 2 and 3 levels; under a spot 13.1, 8.9 and 10.3; in Sponza 10.8, 9.6 and 9.8.
-#define FILTER_LEVELS 2u
-// Of a cell of the cache: what many pixels share is worth many rays.
-#define CELL_VPL_RAYS 32u
-#define CELL_FAR_RAYS 16u
-// A quarter of the rays for what sub-frames behind the first light anew, whose noise is added up,
-// and for lobes of rough dielectrics, which reflect some hundredths of their light. A quarter, half
-// and all of 64 far rays for those, 16 sub-frames: 3.89, 3.80 and 3.78 % off under a spot.
-#define SMALL_SHARE 4u
-
-static uint32_t rays_of(const struct bd_params *params)
-{
-    return params->rays < BD_RAYS_CHOSEN_MAX ? params->rays : BD_RAYS_CHOSEN_MAX;
-}
-
-static uint32_t few_of(uint32_t rays)
-{
-    return rays / SMALL_SHARE & ~1u ? rays / SMALL_SHARE & ~1u : 2;
-}
-
-// Of a sub-frame that takes the most of its light over, what it lights itself: where no other one's
-// noise is added to it, as much as a filter would leave of it.
-#define ALONE_RAYS 16u
-
-static uint32_t own_of(const struct bd_technique_inputs *inputs, uint32_t rays)
-{
-    if (!inputs->alone) return few_of(rays);
-    return rays > ALONE_RAYS ? rays : ALONE_RAYS;
-}
-
-static struct bd_far_inputs far_of(const struct bd_technique_inputs *inputs,
-                                   const struct bd_visibility_inputs *visibility,
-                                   const struct bd_vpl_list *list, uint32_t rays)
-{
-    return (struct bd_far_inputs){
-        .snapshot = inputs->snapshot,
-        .visibility = visibility,
-        .first = inputs->first_light,
-        .area = list->soft_area,
-        .rays = rays,
-        .seed = inputs->seed_of_sub_frame,
-        .sends = inputs->params->lambert ? BD_SENDS_LAMBERT : BD_SENDS_ALL,
-    };
-}
-
-// What is reflected once needs none.
-static enum bd_err fill_cache(const struct bd_pass_context *context,
-                              const struct bd_technique_inputs *inputs,
-                              const struct bd_gather_inputs *gather,
-                              struct bd_irradiance_cells **out, struct bd_ray_counts *traced,
-                              struct bd_err_detail *detail)
-{
-    const struct bd_light_paths *paths = inputs->light_paths;
-    struct bd_cache_inputs cache = {
-        .gather = gather,
-        .far = far_of(inputs, gather->visibility, paths->all, CELL_FAR_RAYS),
-        .list = paths->all,
-        .vpl_rays = CELL_VPL_RAYS,
-        .cells = inputs->params->cache_cells,
-    };
-    *out = NULL;
-    if (inputs->params->indirect_bounces == 1) return BD_ERR_OK;
-    cache.far.points = paths->further;
-    return bd_cache_run(context, &cache, out, traced, detail);
-}
 
 static enum bd_err complete(const struct bd_pass_context *context,
                             const struct bd_technique_inputs *inputs,
                             const struct bd_gather_inputs *gather, struct bd_indirect *indirect,
                             struct bd_err_detail *detail)
 {
-    struct bd_far_inputs far =
-        far_of(inputs, gather->visibility, inputs->light_paths->first, inputs->params->far_rays);
+    struct bd_far_inputs far = bd_far_of_list(inputs, gather->visibility,
+                                              inputs->light_paths->first, inputs->params->far_rays);
     enum bd_err err =
-        fill_cache(context, inputs, gather, &indirect->cells, &indirect->rays, detail);
+        bd_far_light_cache(context, inputs, gather, &indirect->cells, &indirect->rays, detail);
     far.cells = indirect->cells;
     if (!err) err = bd_far_run(context, &far, gather, indirect, detail);
     if (!err && inputs->glossy_receivers)
         err = bd_gloss_run(context, &far, gather, indirect, detail);
-    far.rays = few_of(inputs->params->far_rays);
+    far.rays = bd_few_rays(inputs->params->far_rays);
     if (!err && inputs->rough_receivers)
         err = bd_gloss_of_rough_run(context, &far, gather, indirect, detail);
     if (err || !inputs->filtered) return err;
-    const struct bd_smoothing smoothing = {FILTER_LEVELS, inputs->variance_part, false};
+    const struct bd_smoothing smoothing = {BD_FAR_FILTER_LEVELS, inputs->variance_part, false};
     return bd_filter_light_run(context, gather, &smoothing, indirect, detail);
 }
 
@@ -129,7 +60,7 @@ static enum bd_err light(const struct bd_pass_context *context,
     const struct bd_visibility_inputs visibility = bd_technique_visibility(inputs);
     const struct bd_gather_inputs gather = gather_of(inputs, &visibility);
     const struct bd_gather_chosen_inputs chosen = {&gather, inputs->light_paths->first,
-                                                   rays_of(inputs->params), inputs->seed};
+                                                   bd_chosen_rays(inputs->params), inputs->seed};
     enum bd_err err = bd_gather_chosen_run(context, &chosen, out, detail);
     if (err) return err;
     err = complete(context, inputs, &gather, *out, detail);
@@ -143,39 +74,7 @@ static enum bd_err light_pixels(const struct bd_pass_context *context,
                                 const struct bd_unlit *unlit, struct bd_multires_light **out,
                                 struct bd_err_detail *detail)
 {
-    const struct bd_visibility_inputs visibility = bd_technique_visibility(inputs);
-    struct bd_gather_fragments_inputs gather = bd_fragment_inputs(inputs, unlit);
-    gather.visibility = &visibility;
-    gather.vector = false;
-    const struct bd_vpl_list *first = inputs->light_paths->first;
-    const struct bd_gather_chosen_fragments_inputs chosen = {
-        .gather = &gather,
-        .list = first,
-        .rays = own_of(inputs, rays_of(inputs->params)),
-        .seed = (uint32_t)inputs->seed_of_sub_frame,
-    };
-    struct bd_far_inputs far =
-        far_of(inputs, &visibility, first, own_of(inputs, inputs->params->far_rays));
-    far.cells = inputs->cells;
-    enum bd_err err = bd_gather_chosen_fragments_run(context, &chosen, out, detail);
-    return err ? err : bd_far_of_fragments(context, &far, &gather, *out, detail);
-}
-
-// Of a later sub-frame all lobes anew.
-static enum bd_err light_glossy(const struct bd_pass_context *context,
-                                const struct bd_technique_inputs *inputs,
-                                struct bd_indirect *indirect, struct bd_err_detail *detail)
-{
-    const struct bd_visibility_inputs visibility = bd_technique_visibility(inputs);
-    const struct bd_gather_inputs gather = gather_of(inputs, &visibility);
-    struct bd_far_inputs far =
-        far_of(inputs, &visibility, inputs->light_paths->first,
-               inputs->alone ? inputs->params->far_rays : few_of(inputs->params->far_rays));
-    far.cells = inputs->cells;
-    enum bd_err err = bd_gloss_run(context, &far, &gather, indirect, detail);
-    if (err || !inputs->filtered) return err;
-    const struct bd_smoothing smoothing = {FILTER_LEVELS, inputs->variance_part, true};
-    return bd_filter_light_run(context, &gather, &smoothing, indirect, detail);
+    return bd_far_light_pixels(context, inputs, inputs->light_paths->first, unlit, out, detail);
 }
 
 static const struct bd_technique_pass passes[] = {
@@ -224,5 +123,5 @@ const struct bd_technique bd_technique_many_light = {
     .is_sampled = true,
     .indirect = light,
     .light_pixels = light_pixels,
-    .light_glossy = light_glossy,
+    .light_glossy = bd_far_light_lobes,
 };
