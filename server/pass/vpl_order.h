@@ -22,8 +22,7 @@ enum bd_vpl_softness { BD_VPLS_AS_THEY_ARE, BD_VPLS_SOFT, BD_VPLS_CLAMPED };
 struct bd_vpl_order_how {
     float radius; // of the render space
     enum bd_vpl_softness softness;
-    // Of BD_VPLS_CLAMPED: the bound, per render unit squared; 0: what the disk of a soft one sends
-    // at most.
+    // Of BD_VPLS_CLAMPED: the bound, per render unit squared; 0: by how far VPLs are apart.
     float clamp;
 };
 
