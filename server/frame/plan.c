@@ -230,6 +230,27 @@ static void list_omitted_of_blocks(const struct bd_plan *plan, struct bd_report 
          "blocks split by light: surface_detail has no irradiance vector");
 }
 
+static const char *pass_when(const struct bd_technique *technique, enum bd_when when)
+{
+    const struct bd_technique_pass *pass = technique->passes;
+    while (pass->name && !(pass->when & when)) pass++;
+    return pass->name;
+}
+
+// Who does not give back what a clamp takes off.
+static void list_omitted_of_clamp(const struct bd_plan *plan, struct bd_report *report)
+{
+    const struct bd_params *p = &plan->params;
+    const bool nothing = isinf(p->clamp_per_m2);
+    const char *no_screen = nothing              ? "clamp=inf"
+                            : p->iterations == 0 ? "iterations=0"
+                                                 : "residual=rays";
+    omit(report, !plan->from_screen, pass_when(plan->technique, BD_WHEN_SCREEN), no_screen);
+    for (const struct bd_technique_pass *pass = plan->technique->passes; pass->name; pass++)
+        omit(report, !plan->short_rays && pass->when & BD_WHEN_SHORT, pass->name,
+             nothing ? "clamp=inf" : "residual=screen");
+}
+
 // Why light is reflected by the diffuse lobe alone.
 static const char *no_glossy_lobe(const struct bd_plan *plan)
 {
@@ -244,13 +265,6 @@ static const char *no_rough_lobe(const struct bd_plan *plan, const struct bd_sce
     if (plan->params.lambert) return "brdf=lambert";
     return scene->features.has_rough ? "far_rays below 8: rough lobes in the mean"
                                      : "every surface is smooth or metal";
-}
-
-static const char *pass_when(const struct bd_technique *technique, enum bd_when when)
-{
-    const struct bd_technique_pass *pass = technique->passes;
-    while (pass->name && !(pass->when & when)) pass++;
-    return pass->name;
 }
 
 // Where none is for glossy receivers alone, the one that lights.
@@ -271,6 +285,8 @@ static void list_omitted(const struct bd_plan *plan, const struct bd_scene *scen
         omit(report, true, glossy_pass(plan->technique), no_glossy_lobe(plan));
     if (plan->final_gather && !plan->rough)
         omit(report, true, pass_when(plan->technique, BD_WHEN_ROUGH), no_rough_lobe(plan, scene));
+    if (plan->indirect && plan->technique->inputs & BD_INPUT_SCREEN)
+        list_omitted_of_clamp(plan, report);
 }
 
 // What this frame carries of light transport: the technique's model, or what was asked of the
@@ -452,13 +468,16 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
                                 model_of(out).indirect_lights & ~(uint32_t)BD_LIGHTS_PUNCTUAL;
     out->indirect = reflects_areas || (reflects && out->light_count > 0);
     out->bounces = model_of(out).indirect_bounces;
+    const bool is_clamped = out->indirect && out->technique->inputs & BD_INPUT_SCREEN;
+    out->from_screen = is_clamped && bd_params_give_back(&out->params);
+    out->short_rays = is_clamped && bd_params_bring_back(&out->params);
     out->final_gather = out->indirect && out->technique->inputs & BD_INPUT_FINAL_GATHER;
-    out->from_screen = out->indirect && out->technique->inputs & BD_INPUT_SCREEN;
     out->light_paths = reflects_areas || out->final_gather ||
                        (out->indirect && (out->bounces > 1 || out->punctuals_by_rays));
     out->glossy = out->indirect && out->technique->model.glossy_receivers && !out->params.lambert &&
                   f->has_glossy;
     out->rough = out->final_gather && !out->params.lambert && f->has_rough &&
+                 (out->short_rays || !(out->technique->inputs & BD_INPUT_SCREEN)) &&
                  out->params.far_rays >= BD_FAR_RAYS_FOR_ROUGH;
     out->flux_lm = total_flux_lm(out, scene);
     out->rays = out->indirect && (out->final_gather || asks_rays(out));

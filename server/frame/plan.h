@@ -32,6 +32,7 @@ struct bd_plan {
     bool light_paths;     // surfaces send that on, what has no maps, or any more than once
     bool final_gather;    // the technique has one: there are light paths, in two sets
     bool from_screen;     // what falls on surfaces that are seen is asked for, and sent on
+    bool short_rays;      // bring what a clamp takes off
     uint32_t bounces;     // of indirect light
     bool indirect;        // the technique's indirect light runs
     bool rays;            // hide indirect light

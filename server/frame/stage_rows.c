@@ -522,7 +522,8 @@ static uint32_t what_holds(const struct bd_plan *plan)
 {
     return (plan->glossy ? BD_WHEN_GLOSSY : 0) | (plan->rough ? BD_WHEN_ROUGH : 0) |
            (plan->rays ? BD_WHEN_RAYS : 0) | (plan->chosen ? BD_WHEN_CHOSEN : 0) |
-           (plan->filtered ? BD_WHEN_FILTERED : 0) | BD_WHEN_FIRST;
+           (plan->filtered ? BD_WHEN_FILTERED : 0) | (plan->from_screen ? BD_WHEN_SCREEN : 0) |
+           (plan->short_rays ? BD_WHEN_SHORT : 0) | BD_WHEN_FIRST;
 }
 
 uint32_t bd_stage_passes(const struct bd_plan *plan, enum bd_stage stage,

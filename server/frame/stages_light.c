@@ -1,5 +1,6 @@
 // How what is made for each light, whoever looks, is run.
 
+#include <math.h>
 #include <stdlib.h>
 
 #include "base/assert.h"
@@ -161,6 +162,13 @@ static uint32_t reflections_of(const struct bd_plan *plan)
     return plan->bounces > 2 ? plan->bounces - 2 : 0;
 }
 
+// Per render unit squared; 0: by how far virtual lights are apart.
+static float clamp_of(const struct bd_frame *frame)
+{
+    const double per_m = frame->scene->space.render_per_m;
+    return (float)fmin(frame->plan->params.clamp_per_m2 / (per_m * per_m), BD_VPL_CLAMP_MAX);
+}
+
 enum bd_err bd_run_light_paths(struct bd_frame *frame, struct bd_frame_light *light)
 {
     (void)light;
@@ -179,6 +187,8 @@ enum bd_err bd_run_light_paths(struct bd_frame *frame, struct bd_frame_light *li
         .walk_vpls = plan->final_gather ? plan->params.walk_vpls : 0,
         .punctual_vpls = plan->light_count > 0 ? bd_plan_photon_vpl_count(plan) : 0,
         .emitter_vpls = plan->emitters ? bd_plan_photon_vpl_count(plan) : 0,
+        .clamped = bd_plan_reads(plan, BD_PARAM_CLAMP),
+        .clamp = clamp_of(frame),
         .seed = frame->subject.seed,
         .kernel = (enum bd_vpl_kernel)plan->params.vpl_kernel,
         .near_field = plan->params.near_field,
@@ -232,9 +242,9 @@ enum bd_err bd_run_vpl_order(struct bd_frame *frame, struct bd_frame_light *ligh
     const struct bd_vpl_list **lists = calloc(bd_stage_lists_most(frame), sizeof *lists);
     BD_ASSERT(lists);
     const uint32_t count = bd_stage_lists(frame, lists);
+    const struct bd_vpl_order_how how = {.radius = (float)frame->scene->space.radius};
     enum bd_err err =
         bd_vpl_order_run(&frame->context, lists, count, &how, &frame->order, frame->detail);
     free(lists);
     return err;
 }
-    const struct bd_vpl_order_how how = {.radius = (float)frame->scene->space.radius};

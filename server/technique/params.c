@@ -12,6 +12,7 @@
 #include "pass/area_direct.h"
 #include "pass/far.h"
 #include "pass/light_paths.h"
+#include "shared/screen.h"
 #include "technique/technique.h"
 
 enum param_type {
@@ -142,7 +143,8 @@ static const struct param_row table[BD_PARAM_COUNT] = {
     CHOICE(ALPHA, "alpha", alpha_coverage, 1,
            "what blends: opaque from half on, or hiding by its part", "mask", "coverage"),
     REAL(CLAMP, "clamp", clamp_per_m2, 0, 1e12, INFINITY,
-         "bound on cos cos / r^2 between surfaces, 1/m^2"),
+         "bound on cos cos / r^2 between surfaces, 1/m^2; of virtual lights 0: by how far they are "
+         "apart"),
     CHOICE(SENDERS, "senders", senders_lambert, 0,
            "what surfaces send on: all of their BRDF, or their base colour", "full", "lambert"),
     CHOICE(TRANSMISSION, "transmission", transmission, 1,
@@ -177,6 +179,18 @@ static const struct param_row table[BD_PARAM_COUNT] = {
     CHOICE(LIGHT_BLOCKS, "light_blocks", light_blocks, 0,
            "pixels along a side of blocks that gather light as one; auto by size and rays", "auto",
            "1", "2", "4"),
+    CHOICE(RESIDUAL, "residual", residual, 2,
+           "what gives back what the clamp takes off: the picture, short rays, or those where it "
+           "does not",
+           "screen", "rays", "both"),
+    COUNT(ITERATIONS, "iterations", iterations, 0, 4, 2,
+          "how often the picture gives back what the clamp takes off; 0: never"),
+    COUNT(RESIDUAL_LEVELS, "residual_levels", residual_levels, 1, BD_SCREEN_LEVELS_MAX, 6,
+          "levels of the picture, each a quarter of the one before, that it is given back from"),
+    REAL(RESIDUAL_THRESHOLD, "residual_threshold", residual_threshold, 0, 4, 0.02,
+         "projected solid angle of a part of the picture, sr, above which it is looked at closer"),
+    REAL(RESIDUAL_EDGE_THRESHOLD, "residual_edge_threshold", residual_edge_threshold, 0, 4, 0.02,
+         "the same of a part that spans an edge"),
 };
 
 // Other words for choices. They are read, and never written.

@@ -8,6 +8,7 @@
 #ifndef BD_TECHNIQUE_PARAMS_H
 #define BD_TECHNIQUE_PARAMS_H
 
+#include <math.h>
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -95,6 +96,12 @@ enum bd_param {
     BD_PARAM_CACHE_CELLS,
     BD_PARAM_FAR_RAYS,
     BD_PARAM_LIGHT_BLOCKS, // auto: frame/plan.h
+    // Of what a clamp takes off and the picture gives back (pass/residual.h).
+    BD_PARAM_RESIDUAL,
+    BD_PARAM_ITERATIONS,
+    BD_PARAM_RESIDUAL_LEVELS,
+    BD_PARAM_RESIDUAL_THRESHOLD,
+    BD_PARAM_RESIDUAL_EDGE_THRESHOLD,
     BD_PARAM_COUNT,
 };
 
@@ -112,6 +119,9 @@ enum bd_lamps_by { BD_LAMPS_AUTO, BD_LAMPS_MAPS, BD_LAMPS_RAYS };
 
 // Whether each sub-frame has its own indirect light, or the first one's.
 enum bd_sub_frames { BD_SUB_FRAMES_SHARED, BD_SUB_FRAMES_OWN };
+
+// Who gives back what a clamp takes off.
+enum bd_residual { BD_RESIDUAL_SCREEN, BD_RESIDUAL_RAYS, BD_RESIDUAL_BOTH };
 
 // Checked values. Those that a technique does not read stand at their defaults.
 struct bd_params {
@@ -148,7 +158,7 @@ struct bd_params {
     uint32_t lights;         // enum bd_lights
     uint32_t filter;         // 0 = point, 1 = box
     uint32_t alpha_coverage; // 0 = mask
-    double clamp_per_m2;     // INFINITY = none
+    double clamp_per_m2;     // INFINITY = none; of virtual lights 0 = by how far they are apart
     uint32_t senders_lambert;
     uint32_t transmission;
     uint32_t light_vertices;
@@ -161,7 +171,23 @@ struct bd_params {
     uint32_t drawing;         // enum bd_drawing
     uint32_t walk_vpls, cache_cells, far_rays;
     uint32_t light_blocks; // 0 = auto, else one more than the logarithm of their side
+    uint32_t residual;     // enum bd_residual
+    uint32_t iterations, residual_levels;
+    double residual_threshold, residual_edge_threshold; // sr
 };
+
+// Of what a clamp takes off, of techniques that read `residual`: whether the picture gives it back,
+// and whether short rays bring it.
+static inline bool bd_params_give_back(const struct bd_params *params)
+{
+    return params->residual != BD_RESIDUAL_RAYS && params->iterations > 0 &&
+           params->clamp_per_m2 < INFINITY;
+}
+
+static inline bool bd_params_bring_back(const struct bd_params *params)
+{
+    return params->residual != BD_RESIDUAL_SCREEN && params->clamp_per_m2 < INFINITY;
+}
 
 // What clients are told about a parameter.
 struct bd_param_info {

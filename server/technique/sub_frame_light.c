@@ -10,6 +10,8 @@ bool bd_technique_shares(const struct bd_technique *technique, const struct bd_p
     // The paper's detail darkens a pixel by what only its own blocks know.
     bool blocks = technique->inputs & BD_INPUT_FRAGMENTS;
     if (blocks && params->surface_detail == BD_SURFACE_DETAIL_PAPER) return false;
+    // What the picture alone gives back, single pixels do not know.
+    if (technique->inputs & BD_INPUT_SCREEN && !bd_params_bring_back(params)) return false;
     return !glossy_receivers || technique->light_glossy;
 }
 

@@ -90,8 +90,8 @@ struct bd_tolerance {
 };
 
 struct bd_area_direct;
-struct bd_discontinuity;
 struct bd_direct;
+struct bd_discontinuity;
 struct bd_first_light;
 struct bd_irradiance_cells;
 struct bd_fragments;
@@ -164,6 +164,8 @@ enum bd_when {
     BD_WHEN_FILTERED = 1u << 3, // and noise_filter=on
     BD_WHEN_FIRST = 1u << 4,    // sub-frames that share light take over what it made; always
     BD_WHEN_ROUGH = 1u << 5,    // receivers have a specular lobe that is not
+    BD_WHEN_SCREEN = 1u << 6,   // the picture gives back what a clamp takes off
+    BD_WHEN_SHORT = 1u << 7,    // short rays bring that back
 };
 
 // A pass of the technique's own, which it brackets with bd_gpu_pass_begin and _end.
@@ -251,6 +253,7 @@ extern const struct bd_technique bd_technique_multires_splat;
 extern const struct bd_technique bd_technique_reference;
 extern const struct bd_technique bd_technique_rsm;
 extern const struct bd_technique bd_technique_rsm_splat;
+extern const struct bd_technique bd_technique_ssbc;
 
 // What a request that names no technique names.
 #define BD_TECHNIQUE_AUTO "auto"

@@ -1,0 +1,179 @@
+// Technique `ssbc`: screen-space bias compensation (Novak, Engelhardt, Dachsbacher 2011). Virtual
+// lights stand for all reflected light, of any number of reflections; their kernel is clamped, so
+// that none shows as a bright dot, and what the clamp takes off near surfaces is given back from
+// the picture itself, in a few iterations over its pixels.
+//
+// The paper's clamped light is a technique of its own; with iterations=0 this is it.
+//
+// Exact when: `vpls`, `walk_vpls`, `rays`, `iterations` and the picture's size grow, what is within
+//         1 / sqrt(clamp) of a surface is in the picture, and surfaces send light on evenly
+// Known:  what the picture gives back goes through what stands between; with residual=screen what
+// it
+//         does not show of a surface's neighbourhood gives nothing back, mirrors show clamped
+//         light, and sub-frames share none
+// Price:  that of `rays` and `far_rays` a pixel, and some 100 parts of the picture a pixel and
+//         iteration
+
+#include "pass/area_direct.h"
+#include "pass/direct.h"
+#include "pass/filter_light.h"
+#include "pass/gather_chosen.h"
+#include "pass/gloss.h"
+#include "pass/light_paths.h"
+#include "pass/residual.h"
+#include "technique/far_light.h"
+#include "technique/technique.h"
+
+// What the clamp took off, of light that the picture shows.
+static enum bd_err give_back(const struct bd_pass_context *context,
+                             const struct bd_technique_inputs *inputs, struct bd_screen *screen,
+                             struct bd_indirect *indirect, struct bd_err_detail *detail)
+{
+    const struct bd_params *params = inputs->params;
+    const struct bd_residual_inputs residual = {
+        .screen = screen,
+        .pool = inputs->pool,
+        .direct = inputs->made.direct ? inputs->made.direct->irradiance : NULL,
+        .area_light = inputs->made.area_light ? inputs->made.area_light->irradiance : NULL,
+        .clamp = inputs->light_paths->all->clamp,
+        .iterations = params->iterations,
+        .smooth_sr = (float)params->residual_threshold,
+        .edge_sr = (float)params->residual_edge_threshold,
+    };
+    double looked;
+    return bd_residual_run(context, &residual, indirect, &looked, detail);
+}
+
+// Of light that it does not show; without a screen all of it. Lobes have rays of their own.
+static enum bd_err bring_back(const struct bd_pass_context *context,
+                              const struct bd_technique_inputs *inputs,
+                              const struct bd_gather_inputs *gather, const struct bd_screen *screen,
+                              struct bd_indirect *indirect, struct bd_err_detail *detail)
+{
+    struct bd_far_inputs far = bd_far_of_list(inputs, gather->visibility, inputs->light_paths->all,
+                                              inputs->params->far_rays);
+    enum bd_err err =
+        bd_far_light_cache(context, inputs, gather, &indirect->cells, &indirect->rays, detail);
+    far.cells = indirect->cells;
+    far.screen = screen;
+    if (!err) err = bd_far_run(context, &far, gather, indirect, detail);
+    if (!err && inputs->glossy_receivers)
+        err = bd_gloss_run(context, &far, gather, indirect, detail);
+    far.rays = bd_few_rays(inputs->params->far_rays);
+    if (!err && inputs->rough_receivers)
+        err = bd_gloss_of_rough_run(context, &far, gather, indirect, detail);
+    return err;
+}
+
+// Rays first: what they bring is sent on by the picture, too.
+static enum bd_err complete(const struct bd_pass_context *context,
+                            const struct bd_technique_inputs *inputs,
+                            const struct bd_gather_chosen_inputs *chosen, struct bd_screen *screen,
+                            struct bd_indirect *indirect, struct bd_err_detail *detail)
+{
+    const bool rays = bd_params_bring_back(inputs->params);
+    const struct bd_smoothing smoothing = {rays ? BD_FAR_FILTER_LEVELS
+                                                : bd_filter_levels_of_chosen(chosen->rays),
+                                           inputs->variance_part, false};
+    enum bd_err err = BD_ERR_OK;
+    if (rays) err = bring_back(context, inputs, chosen->gather, screen, indirect, detail);
+    if (!err && inputs->filtered)
+        err = bd_filter_light_run(context, chosen->gather, &smoothing, indirect, detail);
+    return err || !screen ? err : give_back(context, inputs, screen, indirect, detail);
+}
+
+static enum bd_err make_screen(const struct bd_pass_context *context,
+                               const struct bd_technique_inputs *inputs,
+                               const struct bd_gather_inputs *gather, struct bd_screen **out,
+                               struct bd_err_detail *detail)
+{
+    const struct bd_params *params = inputs->params;
+    *out = NULL;
+    if (!bd_params_give_back(params)) return BD_ERR_OK;
+    return bd_screen_create(context, gather, inputs->pool, params->lambert, params->residual_levels,
+                            out, detail);
+}
+
+static enum bd_err light(const struct bd_pass_context *context,
+                         const struct bd_technique_inputs *inputs, struct bd_indirect **out,
+                         struct bd_err_detail *detail)
+{
+    const struct bd_visibility_inputs visibility = bd_technique_visibility(inputs);
+    struct bd_gather_inputs gather = bd_technique_gather_inputs(inputs);
+    const struct bd_gather_chosen_inputs chosen = {&gather, inputs->light_paths->all,
+                                                   bd_chosen_rays(inputs->params), inputs->seed};
+    gather.visibility = &visibility;
+    gather.glossy &= !bd_params_bring_back(inputs->params);
+    struct bd_screen *screen;
+    enum bd_err err = bd_gather_chosen_run(context, &chosen, out, detail);
+    if (err) return err;
+    err = make_screen(context, inputs, &gather, &screen, detail);
+    if (!err) err = complete(context, inputs, &chosen, screen, *out, detail);
+    bd_screen_destroy(&screen);
+    if (err) bd_indirect_destroy(context->gpu, out);
+    return err;
+}
+
+// Pixels of a later sub-frame that the first saw nothing of: rays alone bring back.
+static enum bd_err light_pixels(const struct bd_pass_context *context,
+                                const struct bd_technique_inputs *inputs,
+                                const struct bd_unlit *unlit, struct bd_multires_light **out,
+                                struct bd_err_detail *detail)
+{
+    return bd_far_light_pixels(context, inputs, inputs->light_paths->all, unlit, out, detail);
+}
+
+static const struct bd_technique_pass passes[] = {
+    {"weigh", BD_WHEN_CHOSEN},
+    {"choose", BD_WHEN_RAYS},
+    {"visibility", BD_WHEN_RAYS},
+    {"gather", 0},
+    {"cache", BD_WHEN_SHORT | BD_WHEN_FIRST},
+    {"far", BD_WHEN_SHORT},
+    {"gloss", BD_WHEN_SHORT | BD_WHEN_GLOSSY},
+    {"rough", BD_WHEN_SHORT | BD_WHEN_ROUGH | BD_WHEN_FIRST},
+    {"filter", BD_WHEN_FILTERED},
+    {"residual", BD_WHEN_SCREEN | BD_WHEN_FIRST},
+    {NULL, 0},
+};
+static const struct bd_param_default defaults[] = {
+    {BD_PARAM_VPLS, 1024},           {BD_PARAM_VPL_KERNEL, BD_KERNEL_DISK}, {BD_PARAM_RAYS, 8},
+    {BD_PARAM_INDIRECT_BOUNCES, 64}, {BD_PARAM_ALPHA, BD_RAYS_ALPHA_MASK},  {BD_PARAM_CLAMP, 0},
+};
+static const char *const ladder[] = {
+    "vpls=512 rays=4 far_rays=2 walk_vpls=512 cache_cells=512 iterations=1 light_rays=16",
+    "vpls=1024 rays=8 far_rays=4 walk_vpls=2048 cache_cells=2048 iterations=2 light_rays=16",
+    "vpls=2048 rays=16 far_rays=8 walk_vpls=4096 cache_cells=4096 iterations=2 light_rays=16",
+    "vpls=4096 rays=32 far_rays=16 walk_vpls=8192 cache_cells=8192 iterations=3 light_rays=32",
+    "vpls=16384 rays=64 far_rays=64 walk_vpls=16384 cache_cells=32768 iterations=4 light_rays=64",
+    NULL,
+};
+
+const struct bd_technique bd_technique_ssbc = {
+    .name = "ssbc",
+    .summary = "all light by clamped virtual lights, and what the clamp takes from the picture",
+    .model = {.indirect_bounces = BD_MODEL_BOUNCES_UNLIMITED,
+              .indirect_visibility = true,
+              .lights = BD_LIGHTS_ALL,
+              .glossy_receivers = true,
+              .indirect_lights = BD_LIGHTS_ALL},
+    .inputs = BD_INPUT_FINAL_GATHER | BD_INPUT_SCREEN,
+    .passes = passes,
+    .params_read = BD_READS_DIRECT | BD_READS(BD_PARAM_VPLS) | BD_READS(BD_PARAM_RAYS) |
+                   BD_READS(BD_PARAM_ALPHA) | BD_READS_LIGHT_PATHS | BD_READS(BD_PARAM_WALK_VPLS) |
+                   BD_READS(BD_PARAM_CLAMP) | BD_READS(BD_PARAM_RESIDUAL) |
+                   BD_READS(BD_PARAM_FAR_RAYS) | BD_READS(BD_PARAM_CACHE_CELLS) |
+                   BD_READS(BD_PARAM_SUB_FRAMES) | BD_READS(BD_PARAM_LIGHT_BLOCKS) |
+                   BD_READS(BD_PARAM_ITERATIONS) | BD_READS(BD_PARAM_RESIDUAL_LEVELS) |
+                   BD_READS(BD_PARAM_RESIDUAL_THRESHOLD) |
+                   BD_READS(BD_PARAM_RESIDUAL_EDGE_THRESHOLD),
+    .defaults = defaults,
+    .default_count = sizeof defaults / sizeof *defaults,
+    .tolerance = {.direct = 1e-3, .indirect = 5e-2},
+    .hazard_codes = "S",
+    .ladder = ladder,
+    .is_sampled = true,
+    .indirect = light,
+    .light_pixels = light_pixels,
+    .light_glossy = bd_far_light_lobes,
+};
