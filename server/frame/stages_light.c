@@ -158,7 +158,7 @@ enum bd_err bd_run_lamps(struct bd_frame *frame, struct bd_frame_light *light)
 // On the way to a place that is seen, or to one that a final gather's rays meet.
 static uint32_t reflections_of(const struct bd_plan *plan)
 {
-    if (!plan->final_gather) return plan->bounces - 1;
+    if (!plan->final_gather || bd_plan_reads(plan, BD_PARAM_CLAMP)) return plan->bounces - 1;
     return plan->bounces > 2 ? plan->bounces - 2 : 0;
 }
 

@@ -254,15 +254,15 @@ static enum bd_err put_in_order(struct paths *p, const struct bd_vpl_list *first
     const struct bd_vpl_list *all[3] = {first, walked, paths->vpls};
     const struct bd_vpl_list *of_first[2] = {first, paths->vpls};
     const uint32_t sky = paths->vpls ? 1 : 0;
-    const struct bd_vpl_order_how how = {
-        .radius = (float)p->inputs->scene->space.radius,
-        .softness = p->inputs->clamped ? BD_VPLS_CLAMPED : BD_VPLS_SOFT,
-        .clamp = p->inputs->clamp,
-    };
-    const enum bd_err err =
-        bd_vpl_order_run(&p->context, of_first, 1 + sky, &how, &paths->first, p->detail);
-    if (err) return err;
-    return bd_vpl_order_run(&p->context, all, 2 + sky, &how, &paths->all, p->detail);
+    const struct bd_vpl_order_how soft = {.radius = (float)p->inputs->scene->space.radius,
+                                          .softness = BD_VPLS_SOFT};
+    const struct bd_vpl_order_how clamped = {
+        .radius = soft.radius, .softness = BD_VPLS_CLAMPED, .clamp = p->inputs->clamp};
+    enum bd_err err =
+        bd_vpl_order_run(&p->context, of_first, 1 + sky, &soft, &paths->first, p->detail);
+    if (!err) err = bd_vpl_order_run(&p->context, all, 2 + sky, &soft, &paths->all, p->detail);
+    if (err || !p->inputs->clamped) return err;
+    return bd_vpl_order_run(&p->context, all, 2 + sky, &clamped, &paths->clamped, p->detail);
 }
 
 static enum bd_err write_sets(struct paths *p, struct bd_light_paths *paths)
@@ -370,6 +370,7 @@ void bd_light_paths_destroy(struct bd_gpu *gpu, struct bd_light_paths **paths)
     bd_vpl_list_destroy(gpu, &(*paths)->vpls);
     bd_vpl_list_destroy(gpu, &(*paths)->first);
     bd_vpl_list_destroy(gpu, &(*paths)->all);
+    bd_vpl_list_destroy(gpu, &(*paths)->clamped);
     bd_vpl_tree_destroy(gpu, &(*paths)->tree);
     bd_irradiance_points_destroy(&(*paths)->further);
     free(*paths);
@@ -384,6 +385,6 @@ static uint64_t list_bytes(const struct bd_vpl_list *list)
 uint64_t bd_light_paths_bytes(const struct bd_light_paths *paths)
 {
     return list_bytes(paths->vpls) + list_bytes(paths->first) + list_bytes(paths->all) +
-           (paths->tree ? bd_vpl_tree_bytes(paths->tree) : 0) +
+           list_bytes(paths->clamped) + (paths->tree ? bd_vpl_tree_bytes(paths->tree) : 0) +
            (paths->further ? bd_irradiance_points_bytes(paths->further) : 0);
 }

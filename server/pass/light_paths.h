@@ -56,7 +56,7 @@ struct bd_light_paths_inputs {
     // For a final gather: VPLs of what walks, at least 1. Then `count` are of where the sky's light
     // first falls, and others are photons. 0: none is made.
     uint32_t walk_vpls, punctual_vpls, emitter_vpls;
-    // Of a final gather: whether, and where, `all` is clamped (pass/vpl_order.h) and not soft.
+    // Of a final gather: whether there is a clamped list, and where that is (pass/vpl_order.h).
     bool clamped;
     float clamp;
     uint64_t seed; // of a final gather
@@ -70,8 +70,9 @@ struct bd_light_paths {
     struct bd_vpl_list *vpls; // where fewer points are lit than VPLs, some send nothing; or NULL
     struct bd_vpl_tree *tree; // or NULL
     // For a final gather, or NULL: VPLs of where light first falls, and those with what walks, both
-    // in order and soft, or clamped (pass/vpl_order.h); and what comes to any place further.
-    struct bd_vpl_list *first, *all;
+    // in order and soft (pass/vpl_order.h); the latter clamped, or NULL; and what comes to any
+    // place further.
+    struct bd_vpl_list *first, *all, *clamped;
     struct bd_irradiance_points *further;
 };
 

@@ -3,14 +3,14 @@
 // that none shows as a bright dot, and what the clamp takes off near surfaces is given back from
 // the picture itself, in a few iterations over its pixels.
 //
-// The paper's clamped light is a technique of its own; with iterations=0 this is it.
+// The paper's clamped light by itself is residual=screen and iterations=0.
 //
 // Exact when: `vpls`, `walk_vpls`, `rays`, `iterations` and the picture's size grow, what is within
 //         1 / sqrt(clamp) of a surface is in the picture, and surfaces send light on evenly
 // Known:  what the picture gives back goes through what stands between; with residual=screen what
-// it
-//         does not show of a surface's neighbourhood gives nothing back, mirrors show clamped
-//         light, and sub-frames share none
+//         it does not show of a surface's neighbourhood gives nothing back, mirrors show clamped
+//         light, and sub-frames share none; with indirect_bounces from 2 on the picture sends light
+//         on once more
 // Price:  that of `rays` and `far_rays` a pixel, and some 100 parts of the picture a pixel and
 //         iteration
 
@@ -35,8 +35,9 @@ static enum bd_err give_back(const struct bd_pass_context *context,
         .pool = inputs->pool,
         .direct = inputs->made.direct ? inputs->made.direct->irradiance : NULL,
         .area_light = inputs->made.area_light ? inputs->made.area_light->irradiance : NULL,
-        .clamp = inputs->light_paths->all->clamp,
+        .clamp = inputs->light_paths->clamped->clamp,
         .iterations = params->iterations,
+        .once = params->indirect_bounces == 1,
         .smooth_sr = (float)params->residual_threshold,
         .edge_sr = (float)params->residual_edge_threshold,
     };
@@ -50,8 +51,8 @@ static enum bd_err bring_back(const struct bd_pass_context *context,
                               const struct bd_gather_inputs *gather, const struct bd_screen *screen,
                               struct bd_indirect *indirect, struct bd_err_detail *detail)
 {
-    struct bd_far_inputs far = bd_far_of_list(inputs, gather->visibility, inputs->light_paths->all,
-                                              inputs->params->far_rays);
+    struct bd_far_inputs far = bd_far_of_list(
+        inputs, gather->visibility, inputs->light_paths->clamped, inputs->params->far_rays);
     enum bd_err err =
         bd_far_light_cache(context, inputs, gather, &indirect->cells, &indirect->rays, detail);
     far.cells = indirect->cells;
@@ -100,7 +101,7 @@ static enum bd_err light(const struct bd_pass_context *context,
 {
     const struct bd_visibility_inputs visibility = bd_technique_visibility(inputs);
     struct bd_gather_inputs gather = bd_technique_gather_inputs(inputs);
-    const struct bd_gather_chosen_inputs chosen = {&gather, inputs->light_paths->all,
+    const struct bd_gather_chosen_inputs chosen = {&gather, inputs->light_paths->clamped,
                                                    bd_chosen_rays(inputs->params), inputs->seed};
     gather.visibility = &visibility;
     gather.glossy &= !bd_params_bring_back(inputs->params);
@@ -120,7 +121,7 @@ static enum bd_err light_pixels(const struct bd_pass_context *context,
                                 const struct bd_unlit *unlit, struct bd_multires_light **out,
                                 struct bd_err_detail *detail)
 {
-    return bd_far_light_pixels(context, inputs, inputs->light_paths->all, unlit, out, detail);
+    return bd_far_light_pixels(context, inputs, inputs->light_paths->clamped, unlit, out, detail);
 }
 
 static const struct bd_technique_pass passes[] = {
