@@ -302,12 +302,13 @@ static enum bd_err set_up(struct residual *s)
 static enum bd_err run(struct residual *s, struct bd_indirect *indirect, double *looked)
 {
     const struct bd_residual_inputs *in = s->inputs;
-    const struct bd_tex *const fallen[] = {in->direct, in->area_light, indirect->irradiance};
+    const struct bd_tex *const fallen[] = {in->direct, in->area_light,
+                                           in->once ? NULL : indirect->irradiance};
     enum bd_err err = make_room(s);
     if (!err) err = set_up(s);
     for (int i = 0; !err && i < 3; i++)
         if (fallen[i]) err = add_texture(s, (struct bd_tex *)fallen[i], false, s->fallen);
-    for (uint32_t n = 0; !err && n < in->iterations; n++) err = iterate(s, looked);
+    for (uint32_t n = 0; !err && n < (in->once ? 1 : in->iterations); n++) err = iterate(s, looked);
     return err ? err : add_texture(s, indirect->irradiance, true, s->sum);
 }
 

@@ -31,6 +31,7 @@ struct bd_residual_inputs {
     const struct bd_tex *direct, *area_light;
     float clamp;              // b, per render unit squared; above 0
     uint32_t iterations;      // at least 1
+    bool once; // light is reflected once: direct light alone is sent on, in one iteration
     float smooth_sr, edge_sr; // above which a part is looked at closer, and one that spans an edge
 };
 

@@ -282,6 +282,50 @@ static void a_ceiling_gives_back_what_is_near(void **state)
     view_close(&view);
 }
 
+// --- iterations
+// -----------------------------------------------------------------------------------
+
+#define HIGH_M 0.3
+#define WHITE  0.8
+
+static double given_after(struct view *view, uint32_t iterations)
+{
+    struct asked asked = usual;
+    double looked;
+    asked.iterations = iterations;
+    float *got = given_by(view, &asked, false, &looked);
+    const struct found found = judge(view, got, judges_floor, .3);
+    free(got);
+    return found.mean / found.count;
+}
+
+// Between two planes that both send, each iteration gives q = rho (1 - u)^2 of the one before.
+static void iterations_go_as_powers(void **state)
+{
+    struct world *w = *state;
+    const double floor[4][3] = {{-2, 0, 3}, {4, 0, 3}, {4, 0, -3}, {-2, 0, -3}};
+    const double ceiling[4][3] = {
+        {-2, HIGH_M, -3}, {4, HIGH_M, -3}, {4, HIGH_M, 3}, {-2, HIGH_M, 3}};
+    world_clear(w);
+    const int32_t white = world_add_material(w, WHITE);
+    world_add_quad(w, white, floor, 1);
+    world_add_quad(w, white, ceiling, 1);
+    world_add_camera(w, (const double[]){-.1, HIGH_M / 2, 0}, (const double[]){1, HIGH_M / 2, 0},
+                     2.7);
+    struct view view = view_open(w);
+    view_look(&view, 0, 2 * SIDE, 2 * SIDE, true);
+    const double u = HIGH_M * sqrt(CLAMP_PER_M2), q = WHITE * (1 - u) * (1 - u);
+    double before = 0, expected = 1;
+    for (uint32_t n = 1; n <= 3; n++) {
+        const double sum = given_after(&view, n), own = sum - before;
+        expected *= q;
+        print_message("    iteration %u: %.5f of %.5f\n", n, own, expected);
+        ASSERT_REL(own, expected, .02 * n);
+        before = sum;
+    }
+    view_close(&view);
+}
+
 // --- energy
 // ---------------------------------------------------------------------------------------
 
@@ -320,6 +364,7 @@ int main(void)
         cmocka_unit_test(a_wall_gives_back_what_is_near),
         cmocka_unit_test(levels_leave_out_pixels_and_no_light),
         cmocka_unit_test(a_ceiling_gives_back_what_is_near),
+        cmocka_unit_test(iterations_go_as_powers),
         cmocka_unit_test(no_energy_is_made),
     };
     return cmocka_run_group_tests(tests, world_open, world_close);

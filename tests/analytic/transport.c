@@ -229,10 +229,11 @@ static const char *const *settings_of(const char *technique)
 {
     // It has fewer virtual lights than the others, for the sake of time.
     static const char *const as_many[] = {"vpls=1024", NULL};
-    // It has all reflections, of all that surfaces send on, and by default the noise of few rays.
+    // They have all reflections, of all that surfaces send on, and by default the noise of few
+    // rays.
     static const char *const first[] = {"indirect_bounces=1", "vpls=8192",    "rays=128",
                                         "far_rays=64",        "brdf=lambert", NULL};
-    if (strcmp(technique, "many_light") == 0) return first;
+    if (strcmp(technique, "many_light") == 0 || strcmp(technique, "ssbc") == 0) return first;
     return strcmp(technique, "rsm_splat") == 0 ? as_many : NULL;
 }
 
