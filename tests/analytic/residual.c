@@ -326,6 +326,71 @@ static void iterations_go_as_powers(void **state)
     view_close(&view);
 }
 
+// --- levels ---------------------------------------------------------------------------------------
+
+// Area, power and first moment of what a level sends.
+struct sums {
+    double area, power, moment;
+};
+
+static struct sums sums_of(const struct bd_screen *screen, uint32_t level)
+{
+    const struct bd_uvec4 *l = &screen->levels[level];
+    struct sums sums = {0};
+    for (size_t i = l->z; i < l->z + (size_t)l->x * l->y; i++) {
+        const struct bd_screen_part *part = &screen->parts[i];
+        const double area = part->middle_area.w;
+        sums.area += area;
+        sums.power += area * part->radiance_thickness.x;
+        sums.moment += area * part->middle_area.x;
+    }
+    return sums;
+}
+
+static enum bd_err shine_by_place(const struct bd_pass_context *context, struct bd_screen *screen)
+{
+    const size_t pixels = (size_t)screen->width_px * screen->height_px;
+    float *irradiance = malloc(pixels * 3 * sizeof *irradiance);
+    assert_non_null(irradiance);
+    for (size_t i = 0; i < 3 * pixels; i++) irradiance[i] = 1 + (float)(i / 3 % 97);
+    const enum bd_err err = bd_screen_shine(context, screen, irradiance);
+    free(irradiance);
+    return err;
+}
+
+// Of a picture of odd sides, part of which shows nothing: what each level sends is what its pixels
+// send, however areas differ.
+static void levels_keep_area_and_power(void **state)
+{
+    struct view view = open_wall(*state, M_PI / 5, false);
+    const struct bd_gather_inputs gather = {
+        .scene = view.scene, .viewpoint = &view.viewpoint, .gbuffer = NULL};
+    struct bd_pool *pool = bd_pool_create(0);
+    const struct bd_processor processor = {pool, bd_native_loops()};
+    struct bd_pass_context context = view.context;
+    struct bd_gather_inputs own = gather;
+    struct bd_err_detail detail = {0};
+    struct bd_screen *screen;
+    context.processor = &processor;
+    bd_gbuffer_destroy(view.world->gpu, &view.gbuffer);
+    view_look(&view, 0, 123, 77, true);
+    own.gbuffer = view.gbuffer;
+    if (bd_screen_create(&context, &own, pool, true, BD_SCREEN_LEVELS_MAX, &screen, &detail))
+        fail_msg("%s", detail.message);
+    assert_int_equal(shine_by_place(&context, screen), BD_ERR_OK);
+    const struct sums finest = sums_of(screen, 0);
+    assert_int_equal(screen->level_count, 8); // to a single part
+    for (uint32_t level = 1; level < screen->level_count; level++) {
+        const struct sums sums = sums_of(screen, level);
+        ASSERT_REL(sums.area, finest.area, 1e-5);
+        ASSERT_REL(sums.power, finest.power, 1e-5);
+        ASSERT_REL(sums.moment, finest.moment, 1e-4);
+    }
+    bd_screen_destroy(&screen);
+    bd_pool_destroy(&pool);
+    view_close(&view);
+}
+
 // --- energy
 // ---------------------------------------------------------------------------------------
 
@@ -365,6 +430,7 @@ int main(void)
         cmocka_unit_test(levels_leave_out_pixels_and_no_light),
         cmocka_unit_test(a_ceiling_gives_back_what_is_near),
         cmocka_unit_test(iterations_go_as_powers),
+        cmocka_unit_test(levels_keep_area_and_power),
         cmocka_unit_test(no_energy_is_made),
     };
     return cmocka_run_group_tests(tests, world_open, world_close);
