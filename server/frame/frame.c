@@ -134,6 +134,7 @@ static void count_indirect(const struct bd_indirect *indirect, struct bd_indirec
     counts->subsplats += indirect->subsplats.drawn;
     counts->subsplats_tested += indirect->subsplats.tested;
     counts->subsplats_split += indirect->subsplats.split;
+    counts->screen_parts += indirect->screen_parts;
     counts->rays += indirect->rays.count;
     counts->rays_ms += indirect->rays.ms;
     counts->subsplats_limited |= indirect->subsplats.is_limited;
@@ -145,6 +146,7 @@ static void report_counts(struct bd_report *report, const struct bd_indirect_cou
     report->counts.subsplats = counts->subsplats;
     report->counts.subsplats_tested = counts->subsplats_tested;
     report->counts.subsplats_split = counts->subsplats_split;
+    report->counts.screen_parts = counts->screen_parts;
     report->counts.rays = counts->rays;
     report->counts.mrays_per_s =
         counts->rays_ms > 0 ? 1e-3 * (double)counts->rays / counts->rays_ms : 0;

@@ -72,6 +72,7 @@ struct bd_report {
     struct {
         uint64_t lights, vpls, fragments, triangles;
         uint64_t subsplats, subsplats_tested, subsplats_split; // struct bd_subsplat_counts
+        uint64_t screen_parts; // looked at by pixels, over iterations (pass/residual.h)
         uint64_t rays;
         double mrays_per_s; // of them; 0 without
     } counts;

@@ -34,7 +34,7 @@ struct bd_sub_frame {
 
 // What indirect light a frame has, over all of its sub-frames.
 struct bd_indirect_counts {
-    uint64_t fragments, subsplats, subsplats_tested, subsplats_split, rays;
+    uint64_t fragments, subsplats, subsplats_tested, subsplats_split, screen_parts, rays;
     double rays_ms;
     bool subsplats_limited; // in some sub-frame
 };

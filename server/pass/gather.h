@@ -55,6 +55,7 @@ struct bd_indirect {
     struct bd_irradiance_cells *cells; // or NULL: what its rays ended in (pass/cache.h)
     uint64_t fragment_count; // places where light was gathered, or to which it was splatted
     struct bd_subsplat_counts subsplats;
+    uint64_t screen_parts; // looked at for what a clamp takes off (pass/residual.h)
     struct bd_ray_counts rays;
 };
 

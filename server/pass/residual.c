@@ -266,7 +266,7 @@ static enum bd_err make_room(struct residual *s)
                       pixels);
 }
 
-static enum bd_err iterate(struct residual *s, double *looked)
+static enum bd_err iterate(struct residual *s, uint64_t *looked)
 {
     const size_t pixels = (size_t)s->width_px * s->height_px;
     enum bd_err err = bd_screen_shine(&s->context, s->screen, s->fallen);
@@ -275,8 +275,7 @@ static enum bd_err iterate(struct residual *s, double *looked)
     if (!err && !s->program)
         err = bd_receivers_each(&s->context, block_count(s), UNITS_PER_BLOCK, light_block, s);
     for (size_t i = 0; !err && i < 3 * pixels; i++) s->sum[i] += s->fallen[i];
-    for (size_t i = 0; !err && i < pixels; i++)
-        *looked += s->looked[i] / ((double)pixels * s->inputs->iterations);
+    for (size_t i = 0; !err && i < pixels; i++) *looked += (uint64_t)s->looked[i];
     return err;
 }
 
@@ -299,7 +298,7 @@ static enum bd_err set_up(struct residual *s)
     return err || !s->program ? err : make_buffers(s);
 }
 
-static enum bd_err run(struct residual *s, struct bd_indirect *indirect, double *looked)
+static enum bd_err run(struct residual *s, struct bd_indirect *indirect)
 {
     const struct bd_residual_inputs *in = s->inputs;
     const struct bd_tex *const fallen[] = {in->direct, in->area_light,
@@ -308,7 +307,8 @@ static enum bd_err run(struct residual *s, struct bd_indirect *indirect, double 
     if (!err) err = set_up(s);
     for (int i = 0; !err && i < 3; i++)
         if (fallen[i]) err = add_texture(s, (struct bd_tex *)fallen[i], false, s->fallen);
-    for (uint32_t n = 0; !err && n < (in->once ? 1 : in->iterations); n++) err = iterate(s, looked);
+    for (uint32_t n = 0; !err && n < (in->once ? 1 : in->iterations); n++)
+        err = iterate(s, &indirect->screen_parts);
     return err ? err : add_texture(s, indirect->irradiance, true, s->sum);
 }
 
@@ -325,7 +325,7 @@ static void finish(struct residual *s)
 
 enum bd_err bd_residual_run(const struct bd_pass_context *context,
                             const struct bd_residual_inputs *inputs, struct bd_indirect *indirect,
-                            double *looked, struct bd_err_detail *detail)
+                            struct bd_err_detail *detail)
 {
     struct residual s = {
         .context = *context,
@@ -340,12 +340,11 @@ enum bd_err bd_residual_run(const struct bd_pass_context *context,
     };
     enum bd_err err = BD_ERR_OK;
     BD_ASSERT(inputs->clamp > 0 && inputs->iterations > 0);
-    *looked = 0;
     if (!context->processor)
         err = bd_compute_get(context->gpu, "pass/residual/residual.comp", NULL, &s.program, detail);
     s.context.processor = &s.processor;
     bd_gpu_pass_begin(context->gpu, "residual");
-    if (!err) err = run(&s, indirect, looked);
+    if (!err) err = run(&s, indirect);
     bd_gpu_pass_end(context->gpu);
     finish(&s);
     return err;

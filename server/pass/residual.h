@@ -35,11 +35,10 @@ struct bd_residual_inputs {
     float smooth_sr, edge_sr; // above which a part is looked at closer, and one that spans an edge
 };
 
-// Adds to the irradiance of `indirect`, in a pass "residual". `*looked`: parts, a pixel and
-// iteration.
+// Adds to the irradiance of `indirect`, and its count of parts, in a pass "residual".
 BD_MUST_CHECK
 enum bd_err bd_residual_run(const struct bd_pass_context *context,
                             const struct bd_residual_inputs *inputs, struct bd_indirect *indirect,
-                            double *looked, struct bd_err_detail *detail);
+                            struct bd_err_detail *detail);
 
 #endif

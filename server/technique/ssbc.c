@@ -41,8 +41,7 @@ static enum bd_err give_back(const struct bd_pass_context *context,
         .smooth_sr = (float)params->residual_threshold,
         .edge_sr = (float)params->residual_edge_threshold,
     };
-    double looked;
-    return bd_residual_run(context, &residual, indirect, &looked, detail);
+    return bd_residual_run(context, &residual, indirect, detail);
 }
 
 // Of light that it does not show; without a screen all of it. Lobes have rays of their own.

@@ -252,6 +252,7 @@ static void fill_report_counts(Bounced__Report *message, const struct bd_report 
         BD_SET(counts, rays, report->counts.rays);
         BD_SET(counts, mrays_per_s, report->counts.mrays_per_s);
     }
+    if (report->counts.screen_parts > 0) BD_SET(counts, screen_parts, report->counts.screen_parts);
     if (report->counts.subsplats_tested > 0) {
         BD_SET(counts, subsplats, report->counts.subsplats);
         BD_SET(counts, subsplats_tested, report->counts.subsplats_tested);
