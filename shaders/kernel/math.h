@@ -34,6 +34,8 @@
 #define f_sqrt               sqrt
 #define f_bits               floatBitsToUint
 #define f_of_bits            uintBitsToFloat
+#define u_of                 uint
+#define f_of                 float
 
 #else
 
@@ -77,6 +79,14 @@ KERNEL f3 f3_min(f3 a, float b)
     return f3_of(f_min(a.x, b), f_min(a.y, b), f_min(a.z, b));
 }
 KERNEL float f_sqrt(float a) { return __builtin_sqrtf(a); }
+KERNEL float f_of(uint a)
+{
+    return (float)a;
+}
+KERNEL uint u_of(float a)
+{
+    return (uint)a;
+} // rounded down, from 0 on
 KERNEL uint f_bits(float a)
 {
     uint bits;

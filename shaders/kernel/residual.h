@@ -57,6 +57,19 @@ KERNEL float reach_to_next(f3 here, f3 normal, f3 half_side, f3 next, f3 next_no
     return f_select(b_or(meet, at_crease), f_min(f_max(reach, REACH_LEAST), 2.0f), 1.0f);
 }
 
+// Along each side: a patch that is not small beside what the clamp reaches is taken in parts, each
+// of which is below it, or not.
+KERNEL uint parts_of_side(float area, float clamp)
+{
+    return u_of(f_min(10.0f * f_sqrt(area * clamp), 7.0f)) + 1u;
+}
+
+// The middle of one of them, in half sides.
+KERNEL float middle_of_part(uint part, uint parts)
+{
+    return (2.0f * f_of(part) + 1.0f) / f_of(parts) - 1.0f;
+}
+
 // `to`, u and v of the patch; `part`: of it counts.
 KERNEL float residual_patch(f3 n, f3 n_geometric, f3 to, f3 u, f3 v, float part, float area,
                             float clamp)

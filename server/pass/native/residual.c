@@ -52,15 +52,18 @@ look(const struct bd_screen_receivers *restrict r, const struct bd_screen_part *
     return any;
 }
 
-// Adds a pixel to lanes that are so near that it is a patch.
+// A pixel's patch, or a part of it.
+struct patch {
+    f3 middle, u, v, radiance;
+    float area, counts;
+};
+
 static inline __attribute__((always_inline)) void
-look_near(const struct bd_screen_receivers *restrict r, const struct bd_screen_part *restrict part,
-          const struct bd_screen_patch *restrict patch, float clamp, const float *restrict near,
-          struct bd_screen_light *restrict light)
+look_near(const struct bd_screen_receivers *restrict r, const struct patch *restrict patch,
+          float clamp, const float *restrict near, struct bd_screen_light *restrict light)
 {
-    const f3 middle = f3_from(&part->middle_area), radiance = f3_from(&part->radiance_thickness);
-    const f3 u = f3_from(&patch->u_part), v = f3_from(&patch->v);
-    const float area = part->middle_area.w, counts = patch->u_part.w;
+    const f3 middle = patch->middle, u = patch->u, v = patch->v, radiance = patch->radiance;
+    const float area = patch->area, counts = patch->counts;
     FEW_LANES(i)
     {
         const f3 n = f3_of(r->normal_x[i], r->normal_y[i], r->normal_z[i]);
@@ -75,13 +78,34 @@ look_near(const struct bd_screen_receivers *restrict r, const struct bd_screen_p
     }
 }
 
+// Adds a pixel to lanes that are so near that it is a patch.
+static void add_patch(const struct walk *w, uint32_t pixel, const float *near)
+{
+    const struct bd_screen_part *part = &w->screen->parts[pixel];
+    const struct bd_screen_patch *own = &w->screen->patches[pixel];
+    const float clamp = w->screen->args.clamp, area = part->middle_area.w;
+    const f3 u = f3_from(&own->u_part), v = f3_from(&own->v), middle = f3_from(&part->middle_area);
+    const uint32_t parts = parts_of_side(area, clamp);
+    const float share = 1.0f / f_of(parts);
+    struct patch patch = {.u = f3_scale(u, share),
+                          .v = f3_scale(v, share),
+                          .radiance = f3_from(&part->radiance_thickness),
+                          .area = area * share * share,
+                          .counts = own->u_part.w};
+    for (uint32_t i = 0; i < parts * parts; i++) {
+        const f3 across = f3_scale(u, middle_of_part(i % parts, parts));
+        const f3 along = f3_scale(v, middle_of_part(i / parts, parts));
+        patch.middle = f3_add(middle, f3_add(across, along));
+        look_near(w->receivers, &patch, clamp, near, w->light);
+    }
+}
+
 static void visit_pixel(struct walk *w, uint32_t pixel)
 {
     const struct bd_native_screen *s = w->screen;
-    const struct bd_screen_part *part = &s->parts[pixel];
     float near[BD_SCREEN_LANES];
-    if (look(w->receivers, part, s->args.clamp, 0, true, w->at[0], near, w->light))
-        look_near(w->receivers, part, &s->patches[pixel], s->args.clamp, near, w->light);
+    if (look(w->receivers, &s->parts[pixel], s->args.clamp, 0, true, w->at[0], near, w->light))
+        add_patch(w, pixel, near);
 }
 
 // Whether any lane goes on to the part's children.

@@ -26,7 +26,13 @@ void add_patch(receiver r, vec3 to, uint pixel, float area, vec3 radiance)
 {
     vec4 u = BD_LOAD(screen_patches, pixel * BD_SCREEN_PATCH_VEC4S);
     vec3 v = BD_LOAD(screen_patches, pixel * BD_SCREEN_PATCH_VEC4S + 1u).xyz;
-    sum += vec4(radiance, 1.0) * residual_patch(r.normal, r.normal_geometric, to, u.xyz, v, u.w, area, args.clamp);
+    uint parts = parts_of_side(area, args.clamp);
+    float share = 1.0 / float(parts);
+    for (uint i = 0u; i < parts * parts; i++) {
+        vec3 to_part = to + u.xyz * middle_of_part(i % parts, parts) + v * middle_of_part(i / parts, parts);
+        sum += vec4(radiance, 1.0) * residual_patch(r.normal, r.normal_geometric, to_part, u.xyz * share, v * share, u.w,
+                                                    area * share * share, args.clamp);
+    }
 }
 
 // Adds a part; or nothing, and true, where it is to be looked at closer.
