@@ -1,6 +1,7 @@
-"""`many_light`: error against run time, beside the reference.
+"""`many_light`, or another technique with a ladder: error against run time, beside the reference.
 
-usage: many_light.py BUILD_DIR SCENES_DIR -o RESULT.json [--scenes NAME,NAME] [--size WxH] [--brdf lambert|full] [--truths FOLDER]
+usage: many_light.py BUILD_DIR SCENES_DIR -o RESULT.json [--technique NAME] [--scenes NAME,NAME] [--size WxH] [--brdf lambert|full]
+                     [--truths FOLDER]
 
 For each rung of its ladder: relative RMSE of the indirect layer and of beauty against the reference, by pixel, mean of eight seeds,
 the truth's own noise taken out by its two halves; error of the mean over 8x8 pixels; of the mean picture's sum. Milliseconds of a new
@@ -94,7 +95,7 @@ def rows_of(scene, name, size, options):
            "reference": list(reference_rows(scene, size, options.brdf, truth))}
     for rung in options.ladder[:options.rungs]:
         settings = {"brdf": options.brdf, **dict(word.split("=") for word in rung.split())}
-        frames = [render(scene, size, "many_light", settings, seed) for seed in range(SEEDS)]
+        frames = [render(scene, size, options.technique, settings, seed) for seed in range(SEEDS)]
         row["rungs"].append({"settings": rung, **figures(frames, truth)})
         by_hand.say(f"{name} {rung}: {row['rungs'][-1]}")
     return row
@@ -105,13 +106,14 @@ def main(words=None):
     by_hand.add_names(made, SCENES)
     made.add_argument("--size", type=lambda text: tuple(int(side) for side in text.split("x")), default=(256, 192))
     made.add_argument("--brdf", choices=("lambert", "full"), default="lambert")
+    made.add_argument("--technique", default="many_light")
     made.add_argument("--rungs", type=by_hand.count, default=RUNGS)
     made.add_argument("--truths", type=pathlib.Path)
     options = by_hand.parse(made, words, names=SCENES)
     size, scenes = "x".join(map(str, options.size)), ",".join(options.names)
-    result = {"command": f"many_light.py BUILD SCENES -o RESULT --size {size} --brdf {options.brdf} --rungs {options.rungs} --scenes {scenes}", "machine": live.machine(options.build), "rows": []}
+    result = {"command": f"many_light.py BUILD SCENES -o RESULT --technique {options.technique} --size {size} --brdf {options.brdf} --rungs {options.rungs} --scenes {scenes}", "machine": live.machine(options.build), "rows": []}
     with live.package(options.build).private() as daemon:
-        options.ladder = next(one["ladder"] for one in daemon.techniques() if one["name"] == "many_light")
+        options.ladder = next(one["ladder"] for one in daemon.techniques() if one["name"] == options.technique)
         for name in options.names:
             scene = daemon.scenes.add(options.scenes / f"{name}.glb")
             result["rows"].append(rows_of(scene, name, options.size, options))
