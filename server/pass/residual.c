@@ -108,11 +108,31 @@ static void look_around(const struct residual *s, f3 position, uint32_t bounds[4
     pixels_of(along, v->half_height * per_m, s->height_px, bounds + 2);
 }
 
+// The printed radius, which is too small near the viewer and off the axis.
+static void look_around_as_printed(const struct residual *s, f3 position, uint32_t bounds[4])
+{
+    const struct bd_viewpoint *v = &s->screen->viewpoint;
+    const bd_dvec3 to = {position.x - s->screen->eye.x, position.y - s->screen->eye.y,
+                         position.z - s->screen->eye.z};
+    const double depth = v->orthographic ? 1 : -bd_dvec3_dot(to, v->axis_z);
+    const double length = v->orthographic ? 1 : sqrt(bd_dvec3_dot(to, to));
+    const double radius = s->radius / length;
+    const double right = bd_dvec3_dot(to, v->axis_x) / depth;
+    const double down = -bd_dvec3_dot(to, v->axis_y) / depth;
+    pixels_of((double[]){right - radius, right + radius}, v->half_width * s->screen->per_m,
+              s->width_px, bounds);
+    pixels_of((double[]){down - radius, down + radius}, v->half_height * s->screen->per_m,
+              s->height_px, bounds + 2);
+}
+
 static void widen(const struct residual *s, f3 position, struct bd_uvec4 *all)
 {
     const uint32_t shift = s->screen->level_count - 1, size = 1u << shift;
     uint32_t bounds[4];
-    look_around(s, position, bounds);
+    if (s->screen->printed)
+        look_around_as_printed(s, position, bounds);
+    else
+        look_around(s, position, bounds);
     const uint32_t left = bounds[0] >> shift, right = (bounds[1] + size - 1) >> shift;
     const uint32_t top = bounds[2] >> shift, bottom = (bounds[3] + size - 1) >> shift;
     all->x = left < all->x ? left : all->x;
@@ -286,6 +306,7 @@ static enum bd_err set_up(struct residual *s)
     struct bd_screen_args *args = &s->native.args;
     s->native.parts = screen->parts;
     s->native.patches = screen->patches;
+    s->native.printed = screen->printed;
     *args = (struct bd_screen_args){.width_px = s->width_px,
                                     .height_px = s->height_px,
                                     .level_count = screen->level_count,
@@ -340,8 +361,11 @@ enum bd_err bd_residual_run(const struct bd_pass_context *context,
     };
     enum bd_err err = BD_ERR_OK;
     BD_ASSERT(inputs->clamp > 0 && inputs->iterations > 0);
+    struct bd_defines defines = {0};
+    if (s.screen->printed) bd_define(&defines, "BD_PRINTED", 1);
     if (!context->processor)
-        err = bd_compute_get(context->gpu, "pass/residual/residual.comp", NULL, &s.program, detail);
+        err = bd_compute_get(context->gpu, "pass/residual/residual.comp", &defines, &s.program,
+                             detail);
     s.context.processor = &s.processor;
     bd_gpu_pass_begin(context->gpu, "residual");
     if (!err) err = run(&s, indirect);

@@ -106,7 +106,7 @@ static float reach_towards(const struct bd_screen *s, uint32_t x, uint32_t y, in
                            f3 half_side)
 {
     const int64_t u = (int64_t)x + right, v = (int64_t)y + down;
-    if (u < 0 || v < 0 || u >= s->width_px || v >= s->height_px) return 1;
+    if (s->printed || u < 0 || v < 0 || u >= s->width_px || v >= s->height_px) return 1;
     const size_t here = (size_t)y * s->width_px + x, next = (size_t)v * s->width_px + (size_t)u;
     const struct bd_screen_receiver *own = &s->receivers[here], *other = &s->receivers[next];
     if (other->place_lit.w == 0) return 1;
@@ -167,6 +167,13 @@ static float thickness_of(f3 normal, float radius, float area)
     return radius * radius > LONG * area ? radius : radius * f_min(turn, 1);
 }
 
+// Of a part's means.
+static float share_of(const struct bd_screen *s, const struct bd_screen_part *child, float area,
+                      uint32_t count)
+{
+    return s->printed ? 1 / (float)count : child->middle_area.w / area;
+}
+
 static void join(const struct bd_screen *s, uint32_t level, uint32_t x, uint32_t y)
 {
     const struct bd_screen_part *children[4];
@@ -176,7 +183,7 @@ static void join(const struct bd_screen *s, uint32_t level, uint32_t x, uint32_t
     float area = 0, radius = 0;
     for (uint32_t i = 0; i < count; i++) area += children[i]->middle_area.w;
     for (uint32_t i = 0; i < count; i++) {
-        const float share = children[i]->middle_area.w / area;
+        const float share = share_of(s, children[i], area, count);
         middle = f3_add(middle, f3_scale(f3_from(&children[i]->middle_area), share));
         normal = f3_add(normal, f3_scale(f3_from(&children[i]->normal_radius), share));
     }
@@ -247,7 +254,7 @@ static void shine_part(const struct build *b, uint32_t x, uint32_t y)
     f3 sum = f3_of(0, 0, 0);
     for (uint32_t i = 0; i < count; i++)
         sum = f3_add(sum, f3_scale(f3_from(&children[i]->radiance_thickness),
-                                   children[i]->middle_area.w / part->middle_area.w));
+                                   share_of(b->screen, children[i], part->middle_area.w, count)));
     part->radiance_thickness = vec4_of(sum, part->radiance_thickness.w);
 }
 
@@ -336,37 +343,38 @@ static enum bd_err make_room(struct bd_screen *s, uint32_t levels, struct bd_err
                       s->width_px, s->height_px);
 }
 
+static void look_from(struct bd_screen *screen, const struct bd_gather_inputs *gather)
+{
+    const struct bd_viewpoint *viewpoint = gather->viewpoint;
+    screen->width_px = viewpoint->width_px;
+    screen->height_px = viewpoint->height_px;
+    screen->viewpoint = *viewpoint;
+    screen->eye = bd_render_from_world(&gather->scene->space, viewpoint->position_m);
+    screen->per_m = viewpoint->orthographic ? gather->scene->space.render_per_m : 1;
+}
+
 enum bd_err bd_screen_create(const struct bd_pass_context *context,
-                             const struct bd_gather_inputs *gather, struct bd_pool *pool,
-                             bool lambert, uint32_t levels, struct bd_screen **out,
+                             const struct bd_screen_inputs *inputs, struct bd_screen **out,
                              struct bd_err_detail *detail)
 {
-    const struct bd_processor processor = {pool, bd_native_loops()};
+    const struct bd_processor processor = {inputs->pool, bd_native_loops()};
     struct bd_pass_context own = *context;
-    own.processor = &processor;
-    BD_ASSERT(levels >= 1 && levels <= BD_SCREEN_LEVELS_MAX);
     struct bd_screen *screen = *out = calloc(1, sizeof *screen);
-    BD_ASSERT(screen);
-    screen->width_px = gather->viewpoint->width_px;
-    screen->height_px = gather->viewpoint->height_px;
-    screen->viewpoint = *gather->viewpoint;
-    screen->eye = bd_render_from_world(&gather->scene->space, gather->viewpoint->position_m);
-    screen->per_m = gather->viewpoint->orthographic ? gather->scene->space.render_per_m : 1;
+    BD_ASSERT(screen && inputs->levels >= 1 && inputs->levels <= BD_SCREEN_LEVELS_MAX);
+    own.processor = &processor;
+    screen->printed = inputs->printed;
+    look_from(screen, inputs->gather);
     struct build b = {
-        .context = &own,
-        .gather = gather,
-        .screen = screen,
-        .lambert = lambert,
-    };
+        .context = &own, .gather = inputs->gather, .screen = screen, .lambert = inputs->lambert};
     const struct bd_receivers_inputs receivers = {
-        .askers = bd_gather_askers(gather),
+        .askers = bd_gather_askers(inputs->gather),
         .glossy = true,
         .starts = true,
         .pass = "residual",
         .light = take_part,
         .user = &b,
     };
-    enum bd_err err = make_room(screen, levels, detail);
+    enum bd_err err = make_room(screen, inputs->levels, detail);
     if (!err) err = bd_receivers_run(&own, &receivers, detail);
     if (!err) err = join_levels(&b);
     if (err) bd_screen_destroy(out);

@@ -18,6 +18,7 @@
 
 // All of it as the device's arrays have it, too (shared/screen.h).
 struct bd_screen {
+    bool printed;
     uint32_t width_px, height_px, level_count;
     struct bd_uvec4 levels[BD_SCREEN_LEVELS_MAX];
     size_t part_count;
@@ -30,12 +31,21 @@ struct bd_screen {
     double per_m; // of an orthographic viewpoint's sizes, render units; else 1
 };
 
+struct bd_screen_inputs {
+    const struct bd_gather_inputs *gather;
+    struct bd_pool *pool;
+    bool lambert;
+    // As the paper has it: plain means of colours beside sums of areas (S4), pixels that end where
+    // they end, and the radius of a sphere's projection that is right on the axis far away (S3).
+    bool printed;
+    uint32_t levels;
+};
+
 // `levels`: how many there are at most, 1 to BD_SCREEN_LEVELS_MAX.
 // BD_ERR_NO_MEMORY, or what the slicer returns. Nothing is sent yet.
 BD_MUST_CHECK
 enum bd_err bd_screen_create(const struct bd_pass_context *context,
-                             const struct bd_gather_inputs *gather, struct bd_pool *pool,
-                             bool lambert, uint32_t levels, struct bd_screen **out,
+                             const struct bd_screen_inputs *inputs, struct bd_screen **out,
                              struct bd_err_detail *detail);
 void bd_screen_destroy(struct bd_screen **screen);
 

@@ -243,6 +243,15 @@ static void store(const struct param_row *row, double number, struct bd_params *
         *count_at(out, row->offset) = isinf(number) ? UINT32_MAX : (uint32_t)number;
 }
 
+// The papers' direct light is that of punctual lights; bias is compensated from the screen alone.
+static void set_as_printed(struct bd_params *params)
+{
+    params->light_rays = 0;
+    params->residual = BD_RESIDUAL_SCREEN;
+    params->residual_threshold = 0.08;
+    params->residual_edge_threshold = 0.04;
+}
+
 // With `paper_mode` the table's blocks, which are the papers', and not the technique's own.
 static void set_defaults(const struct bd_technique *technique, bool paper_mode,
                          struct bd_params *params)
@@ -255,8 +264,7 @@ static void set_defaults(const struct bd_technique *technique, bool paper_mode,
         if (paper_mode && BD_READS(own->param) & blocks) continue;
         store(&table[own->param], own->value, params);
     }
-    // The papers' direct light is that of punctual lights.
-    if (paper_mode) params->light_rays = 0;
+    if (paper_mode) set_as_printed(params);
 }
 
 static enum bd_err read_choice(const struct param_row *row, const char *value,

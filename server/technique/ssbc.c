@@ -90,8 +90,14 @@ static enum bd_err make_screen(const struct bd_pass_context *context,
     const struct bd_params *params = inputs->params;
     *out = NULL;
     if (!bd_params_give_back(params)) return BD_ERR_OK;
-    return bd_screen_create(context, gather, inputs->pool, params->lambert, params->residual_levels,
-                            out, detail);
+    const struct bd_screen_inputs screen = {
+        .gather = gather,
+        .pool = inputs->pool,
+        .lambert = params->lambert,
+        .printed = params->paper_mode,
+        .levels = params->residual_levels,
+    };
+    return bd_screen_create(context, &screen, out, detail);
 }
 
 static enum bd_err light(const struct bd_pass_context *context,
@@ -163,9 +169,9 @@ const struct bd_technique bd_technique_ssbc = {
                    BD_READS(BD_PARAM_ALPHA) | BD_READS_LIGHT_PATHS | BD_READS(BD_PARAM_WALK_VPLS) |
                    BD_READS(BD_PARAM_CLAMP) | BD_READS(BD_PARAM_RESIDUAL) |
                    BD_READS(BD_PARAM_FAR_RAYS) | BD_READS(BD_PARAM_CACHE_CELLS) |
-                   BD_READS(BD_PARAM_SUB_FRAMES) | BD_READS(BD_PARAM_LIGHT_BLOCKS) |
-                   BD_READS(BD_PARAM_ITERATIONS) | BD_READS(BD_PARAM_RESIDUAL_LEVELS) |
-                   BD_READS(BD_PARAM_RESIDUAL_THRESHOLD) |
+                   BD_READS(BD_PARAM_PAPER_MODE) | BD_READS(BD_PARAM_SUB_FRAMES) |
+                   BD_READS(BD_PARAM_LIGHT_BLOCKS) | BD_READS(BD_PARAM_ITERATIONS) |
+                   BD_READS(BD_PARAM_RESIDUAL_LEVELS) | BD_READS(BD_PARAM_RESIDUAL_THRESHOLD) |
                    BD_READS(BD_PARAM_RESIDUAL_EDGE_THRESHOLD),
     .defaults = defaults,
     .default_count = sizeof defaults / sizeof *defaults,

@@ -41,6 +41,14 @@ KERNEL f3 side_of_pixel(f3 ray, f3 normal, f3 step)
     return f3_sub(step, f3_scale(ray, f3_dot(step, normal) / down));
 }
 
+// As printed, paper_mode: of its middle alone. (Of one below a horizon, that side up: else whoever
+// is within a part that spans an edge would get nothing from it.)
+KERNEL float most_as_printed(f3 n, f3 to, float r2, f3 normal)
+{
+    float cosines = f_abs(f3_dot(n, to) * f3_dot(normal, to));
+    return cosines / f_max(r2 * r2, 1e-24f);
+}
+
 // How far the patch about `here` reaches along `half_side`, of it, where the next pixel's plane
 // crosses its own: at a crease that is where both end, and each pixel's row begins there and not
 // half a pixel off. 1 where the surfaces do not meet; at least REACH_LEAST.

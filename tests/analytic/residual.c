@@ -24,9 +24,10 @@ struct asked {
     uint32_t levels, iterations;
     float smooth_sr, edge_sr;
     double clamp_per_m2;
+    bool printed;
 };
 
-static const struct asked usual = {6, 1, 0.02f, 0.02f, CLAMP_PER_M2};
+static const struct asked usual = {6, 1, 0.02f, 0.02f, CLAMP_PER_M2, false};
 
 static struct bd_tex *even_texture(const struct view *view, float value)
 {
@@ -69,7 +70,12 @@ static float *given_by(struct view *view, const struct asked *asked, bool on_dev
     float *rgba = malloc(bytes);
     assert_non_null(rgba);
     if (!on_device) context.processor = &processor;
-    if (bd_screen_create(&context, &gather, pool, true, asked->levels, &inputs.screen, &detail))
+    const struct bd_screen_inputs screen = {.gather = &gather,
+                                            .pool = pool,
+                                            .lambert = true,
+                                            .printed = asked->printed,
+                                            .levels = asked->levels};
+    if (bd_screen_create(&context, &screen, &inputs.screen, &detail))
         fail_msg("screen: %s", detail.message);
     inputs.pool = pool;
     inputs.direct = direct;
@@ -376,8 +382,9 @@ static void levels_keep_area_and_power(void **state)
     bd_gbuffer_destroy(view.world->gpu, &view.gbuffer);
     view_look(&view, 0, 123, 77, true);
     own.gbuffer = view.gbuffer;
-    if (bd_screen_create(&context, &own, pool, true, BD_SCREEN_LEVELS_MAX, &screen, &detail))
-        fail_msg("%s", detail.message);
+    const struct bd_screen_inputs inputs = {
+        .gather = &own, .pool = pool, .lambert = true, .levels = BD_SCREEN_LEVELS_MAX};
+    if (bd_screen_create(&context, &inputs, &screen, &detail)) fail_msg("%s", detail.message);
     assert_int_equal(shine_by_place(&context, screen), BD_ERR_OK);
     const struct sums finest = sums_of(screen, 0);
     assert_int_equal(screen->level_count, 8); // to a single part
@@ -389,6 +396,36 @@ static void levels_keep_area_and_power(void **state)
     }
     bd_screen_destroy(&screen);
     bd_pool_destroy(&pool);
+    view_close(&view);
+}
+
+// --- as printed
+// -----------------------------------------------------------------------------------
+
+// What was mended shows beside a wall: parts that span the edge are judged by their middles, which
+// lie below a horizon, and all that they hold is lost.
+static void the_printed_form_is_further_off(void **state)
+{
+    struct view view = open_wall(*state, M_PI / 4, false);
+    struct asked printed = usual;
+    double looked, off = 0, own_off = 0;
+    printed.printed = true;
+    printed.smooth_sr = .08f;
+    printed.edge_sr = .04f;
+    float *as_printed = give_back(&view, &printed, &looked),
+          *own = give_back(&view, &usual, &looked);
+    for (size_t k = 0; k < sizeof distances / sizeof *distances; k++) {
+        const struct found of_print = judge(&view, as_printed, judges_wall, distances[k]);
+        const struct found of_own = judge(&view, own, judges_wall, distances[k]);
+        print_message("    u %.2f: %+.2f %%, here %+.2f %%\n", distances[k],
+                      100 * (of_print.mean / of_print.expected - 1),
+                      100 * (of_own.mean / of_own.expected - 1));
+        off = fmax(off, fabs(of_print.mean / of_print.expected - 1));
+        own_off = fmax(own_off, fabs(of_own.mean / of_own.expected - 1));
+    }
+    assert_true(off > .2 && own_off < .02);
+    free(as_printed);
+    free(own);
     view_close(&view);
 }
 
@@ -432,6 +469,7 @@ int main(void)
         cmocka_unit_test(a_ceiling_gives_back_what_is_near),
         cmocka_unit_test(iterations_go_as_powers),
         cmocka_unit_test(levels_keep_area_and_power),
+        cmocka_unit_test(the_printed_form_is_further_off),
         cmocka_unit_test(no_energy_is_made),
     };
     return cmocka_run_group_tests(tests, world_open, world_close);

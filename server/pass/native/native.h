@@ -123,6 +123,7 @@ struct bd_native_screen {
     const struct bd_screen_part *parts;
     const struct bd_screen_patch *patches;
     struct bd_screen_args args;
+    bool printed; // paper_mode
 };
 
 // Pixels of a block, a lane each, and where they look.

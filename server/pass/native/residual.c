@@ -18,10 +18,15 @@ struct walk {
     float at[BD_SCREEN_LEVELS_MAX][BD_SCREEN_LANES]; // 1, or 0
 };
 
+// What is known where the loop is expanded: of a pixel; as printed.
+struct kind {
+    bool finest, printed;
+};
+
 static inline __attribute__((always_inline)) uint32_t
 look(const struct bd_screen_receivers *restrict r, const struct bd_screen_part *restrict part,
-     float clamp, float threshold, bool finest, const float *restrict at, float *restrict below,
-     struct bd_screen_light *restrict light)
+     float clamp, float threshold, struct kind kind, const float *restrict at,
+     float *restrict below, struct bd_screen_light *restrict light)
 {
     const f3 middle = f3_from(&part->middle_area), normal = f3_from(&part->normal_radius);
     const f3 radiance = f3_from(&part->radiance_thickness);
@@ -34,9 +39,11 @@ look(const struct bd_screen_receivers *restrict r, const struct bd_screen_part *
         const f3 n_geometric = f3_of(r->geometric_x[i], r->geometric_y[i], r->geometric_z[i]);
         const f3 to = f3_sub(middle, f3_of(r->x[i], r->y[i], r->z[i]));
         const float r2 = f3_dot(to, to);
-        const float most = most_of_part(n, to, r2, normal, radius, thickness);
-        const bool gives = b_and(most > clamp, at[i] > 0.0f);
-        const float excess = finest ? NEAR_PIXELS * area - r2 : most * area - threshold;
+        const float most = kind.printed ? most_as_printed(n, to, r2, normal)
+                                        : most_of_part(n, to, r2, normal, radius, thickness);
+        const bool gives = b_and(most > (kind.printed ? -1.0f : clamp), at[i] > 0.0f);
+        const float nearer = kind.printed ? -1.0f : NEAR_PIXELS * area - r2;
+        const float excess = kind.finest ? nearer : most * area - threshold;
         const bool is_wide = excess > 0.0f;
         const bool wants = b_and(gives, is_wide);
         const float kernel = residual_light(n, n_geometric, to, r2, normal, area, clamp);
@@ -103,8 +110,13 @@ static void add_patch(const struct walk *w, uint32_t pixel, const float *near)
 static void visit_pixel(struct walk *w, uint32_t pixel)
 {
     const struct bd_native_screen *s = w->screen;
+    const struct bd_screen_part *part = &s->parts[pixel];
     float near[BD_SCREEN_LANES];
-    if (look(w->receivers, &s->parts[pixel], s->args.clamp, 0, true, w->at[0], near, w->light))
+    if (s->printed)
+        (void)look(w->receivers, part, s->args.clamp, 0, (struct kind){true, true}, w->at[0], near,
+                   w->light);
+    else if (look(w->receivers, part, s->args.clamp, 0, (struct kind){true, false}, w->at[0], near,
+                  w->light))
         add_patch(w, pixel, near);
 }
 
@@ -113,7 +125,11 @@ static bool look_at(struct walk *w, const struct bd_screen_part *part, uint32_t 
 {
     const struct bd_screen_args *args = &w->screen->args;
     const bool is_edge = spans_edge(part->normal_radius.w, part->radiance_thickness.w);
-    return look(w->receivers, part, args->clamp, is_edge ? args->edge_sr : args->smooth_sr, false,
+    const float threshold = is_edge ? args->edge_sr : args->smooth_sr;
+    if (w->screen->printed)
+        return look(w->receivers, part, args->clamp, threshold, (struct kind){false, true},
+                    w->at[level], w->at[level - 1], w->light) != 0;
+    return look(w->receivers, part, args->clamp, threshold, (struct kind){false, false},
                 w->at[level], w->at[level - 1], w->light) != 0;
 }
 
@@ -152,5 +168,5 @@ void WIDE(bd_native_residual)(const struct bd_native_screen *screen,
     memcpy(w.at[top], receivers->lit, sizeof w.at[top]);
     for (uint32_t y = bounds->y; y < bounds->w; y++)
         for (uint32_t x = bounds->x; x < bounds->z; x++) visit(&w, top, x, y);
-    hold(light);
+    if (!screen->printed) hold(light);
 }

@@ -1,6 +1,8 @@
 // What a screen's parts give to a pixel beyond the clamp: a walk over each part of the coarsest
 // level that may be near, down to what is small or far enough. It keeps no stack: of a part's place
 // follows which is next.
+//
+// BD_PRINTED: as the paper has it.
 #include "common/array.glsl"
 #include "kernel/residual.h"
 #include "shared/bindings.h"
@@ -46,11 +48,17 @@ bool look(receiver r, uint level, uvec2 at)
     float r2 = dot(to, to), area = middle.w;
     if (area == 0.0) return false;
     looked += 1.0;
+#ifdef BD_PRINTED
+    float most = most_as_printed(r.normal, to, r2, normal.xyz);
+    bool is_near = false;
+#else
     float most = most_of_part(r.normal, to, r2, normal.xyz, normal.w, radiance.w);
     if (!(most > args.clamp)) return false;
+    bool is_near = r2 < NEAR_PIXELS * area;
+#endif
     float threshold = spans_edge(normal.w, radiance.w) ? args.edge_sr : args.smooth_sr;
     if (level > 0u && most * area > threshold) return true;
-    if (level == 0u && r2 < NEAR_PIXELS * area)
+    if (level == 0u && is_near)
         add_patch(r, to, index, area, radiance.rgb);
     else
         sum += vec4(radiance.rgb, 1.0) *
@@ -106,5 +114,9 @@ void main()
     if (place.w > 0.0)
         for (uint y = bound.y; y < bound.w; y++)
             for (uint x = bound.x; x < bound.z; x++) walk(r, uvec2(x, y));
+#ifdef BD_PRINTED
+    light[index] = vec4(sum.rgb, looked);
+#else
     light[index] = vec4(sum.rgb * part_of_hemisphere(sum.a), looked);
+#endif
 }
