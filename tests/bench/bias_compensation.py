@@ -1,6 +1,7 @@
 """Figures of screen-space bias compensation (algorithms.md B3), of `ssbc`: what a clamp takes off, who gives it back, at what price.
 
-usage: bias_compensation.py BUILD_DIR SCENES_DIR -o RESULT.json [--scenes NAME,NAME] [--side N] [--runs N] [--truths FOLDER]
+usage: bias_compensation.py BUILD_DIR SCENES_DIR -o RESULT.json [--scenes NAME,NAME] [--side N] [--runs N]
+                            [--parts levels,cost,...] [--truths FOLDER]
 
 Of each scene, brdf=lambert, with so many virtual lights and rays that noise is small; clamps are told by their radius 1 / sqrt(clamp)
 as a part of the scene's diagonal. Shares are of the sum of indirect light: `taken` by the clamp, of what short rays alone bring, and
@@ -37,7 +38,7 @@ class Subject:
         info = scene.info()
         self.scene, self.side, self.runs = scene, options.side, options.runs
         self.diagonal_m = math.dist(info["bounds_min"], info["bounds_max"])
-        self.truth = many_light.truth_of(scene, name, (options.side, options.side), "lambert", options.truths)["indirect"]
+        self.name, self.truths, self.truth = name, options.truths, None
 
     def clamp(self, radius):
         return {"clamp": f"{1 / (radius * self.diagonal_m) ** 2:.9g}"}
@@ -50,6 +51,8 @@ class Subject:
         return many_light.picture(self.render(**settings), "indirect")
 
     def off(self, picture):
+        if self.truth is None:
+            self.truth = many_light.truth_of(self.scene, self.name, (self.side, self.side), "lambert", self.truths)["indirect"]
         return round(many_light.error_percent(picture, self.truth), 2)
 
     def residual(self, iterations, **settings):
@@ -109,12 +112,17 @@ def cost(subject):
             "iteration_of_frame": round(float(iteration / whole), 3), "ns_per_pixel": round(1e6 * float(iteration) / subject.side ** 2)}
 
 
-def rows_of(subject, name):
-    row = {"scene": name, "side": subject.side, "diagonal_m": round(subject.diagonal_m, 3), "cost": cost(subject)}
-    row["levels"] = list(levels(subject))
-    row["thresholds"] = list(thresholds(subject))
-    row["iterations"] = shares(subject, subject.clamp(RADIUS), range(1, ITERATIONS + 1))
-    row["radii"] = [{"radius": radius, **shares(subject, subject.clamp(radius), (2,))} for radius in RADII]
+PARTS = {
+    "cost": cost,
+    "levels": lambda subject: list(levels(subject)),
+    "thresholds": lambda subject: list(thresholds(subject)),
+    "iterations": lambda subject: shares(subject, subject.clamp(RADIUS), range(1, ITERATIONS + 1)),
+    "radii": lambda subject: [{"radius": radius, **shares(subject, subject.clamp(radius), (2,))} for radius in RADII],
+}
+
+
+def rows_of(subject, name, parts):
+    row = {"scene": name, "side": subject.side, "diagonal_m": round(subject.diagonal_m, 3), **{part: PARTS[part](subject) for part in parts}}
     by_hand.say(row)
     return row
 
@@ -124,14 +132,15 @@ def main(words=None):
     by_hand.add_names(made, SCENES)
     made.add_argument("--side", type=by_hand.count, default=192)
     made.add_argument("--runs", type=by_hand.count, default=5)
+    made.add_argument("--parts", type=lambda text: text.split(","), default=list(PARTS))
     made.add_argument("--truths", type=pathlib.Path)
     options = by_hand.parse(made, words, names=SCENES)
-    result = {"command": f"bias_compensation.py BUILD SCENES -o RESULT --side {options.side} --runs {options.runs} --scenes {','.join(options.names)}",
+    result = {"command": f"bias_compensation.py BUILD SCENES -o RESULT --side {options.side} --runs {options.runs} --parts {','.join(options.parts)} --scenes {','.join(options.names)}",
               "machine": live.machine(options.build), "rows": []}
     with live.package(options.build).private() as daemon:
         for name in options.names:
             scene = daemon.scenes.add(options.scenes / f"{name}.glb")
-            result["rows"].append(rows_of(Subject(scene, name, options), name))
+            result["rows"].append(rows_of(Subject(scene, name, options), name, options.parts))
     by_hand.write(result, options.output)
 
 
