@@ -98,8 +98,7 @@ static enum bd_err take_part(void *user, const struct bd_receiver_part *part)
                              b);
 }
 
-// --- what pixels cover
-// ----------------------------------------------------------------------------
+// --- what they cover ----------------------------------------------------------------------------
 
 // How far it reaches towards the pixel beside it.
 static float reach_towards(const struct bd_screen *s, uint32_t x, uint32_t y, int right, int down,
