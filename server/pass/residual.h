@@ -13,9 +13,9 @@
 // nothing from it. What hides behind others, or lies outside, is missing; surfaces that face it
 // from behind others give it light.
 //
-// Cost: iterations x pixels x parts that are looked at, 100 to 1,000 (ReportCounts.screen_parts), by
-// the device or the processor's loops; some .7 to 2 us a pixel and iteration of two cores. Levels
-// are put together by the processor, whatever the device.
+// Cost: iterations x pixels x parts that are looked at, 100 to 1,000 (ReportCounts.screen_parts),
+// by the device or the processor's loops; some .7 to 2 us a pixel and iteration of two cores.
+// Levels are put together by the processor, whatever the device.
 //
 // Thread: render thread, and the pool's.
 
