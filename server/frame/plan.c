@@ -237,7 +237,7 @@ static const char *pass_when(const struct bd_technique *technique, enum bd_when 
     return pass->name;
 }
 
-// Who does not give back what a clamp takes off.
+// Passes that bring back nothing of what a clamp takes off, and why.
 static void list_omitted_of_clamp(const struct bd_plan *plan, struct bd_report *report)
 {
     const struct bd_params *p = &plan->params;

@@ -344,6 +344,16 @@ static void finish(struct residual *s)
     free(s->looked);
 }
 
+// What the device's arrays and buffers cannot hold is the processor's.
+static bool fits_device(const struct residual *s)
+{
+    const struct bd_gpu_caps *caps = bd_gpu_caps(s->context.gpu);
+    const uint64_t pixels = (uint64_t)s->width_px * s->height_px;
+    return s->screen->part_count * sizeof *s->screen->parts <= caps->array_max_bytes &&
+           pixels * sizeof *s->screen->receivers <= caps->array_max_bytes &&
+           pixels * sizeof(struct bd_vec4) <= caps->storage_block_max_bytes;
+}
+
 enum bd_err bd_residual_run(const struct bd_pass_context *context,
                             const struct bd_residual_inputs *inputs, struct bd_indirect *indirect,
                             struct bd_err_detail *detail)
@@ -363,7 +373,7 @@ enum bd_err bd_residual_run(const struct bd_pass_context *context,
     BD_ASSERT(inputs->clamp > 0 && inputs->iterations > 0);
     struct bd_defines defines = {0};
     if (s.screen->printed) bd_define(&defines, "BD_PRINTED", 1);
-    if (!context->processor)
+    if (!context->processor && fits_device(&s))
         err = bd_compute_get(context->gpu, "pass/residual/residual.comp", &defines, &s.program,
                              detail);
     s.context.processor = &s.processor;

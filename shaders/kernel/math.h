@@ -83,10 +83,11 @@ KERNEL float f_of(uint a)
 {
     return (float)a;
 }
+// Rounded down, from 0 on.
 KERNEL uint u_of(float a)
 {
     return (uint)a;
-} // rounded down, from 0 on
+}
 KERNEL uint f_bits(float a)
 {
     uint bits;
