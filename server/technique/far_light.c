@@ -59,9 +59,11 @@ static uint32_t own_rays(const struct bd_technique_inputs *inputs, uint32_t rays
 
 enum bd_err bd_far_light_pixels(const struct bd_pass_context *context,
                                 const struct bd_technique_inputs *inputs,
-                                const struct bd_vpl_list *list, const struct bd_unlit *unlit,
-                                struct bd_multires_light **out, struct bd_err_detail *detail)
+                                const struct bd_unlit *unlit, struct bd_multires_light **out,
+                                struct bd_err_detail *detail)
 {
+    const struct bd_light_paths *paths = inputs->light_paths;
+    const struct bd_vpl_list *list = paths->clamped ? paths->clamped : paths->first;
     const struct bd_visibility_inputs visibility = bd_technique_visibility(inputs);
     struct bd_gather_fragments_inputs gather = bd_fragment_inputs(inputs, unlit);
     gather.visibility = &visibility;

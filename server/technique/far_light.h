@@ -41,13 +41,11 @@ enum bd_err bd_far_light_cache(const struct bd_pass_context *context,
                                struct bd_irradiance_cells **out, struct bd_ray_counts *traced,
                                struct bd_err_detail *detail);
 
-// Pixels of a later sub-frame that the first saw nothing of: some of the list's lights, and rays
-// into that one's cache, in passes "gather" and "far".
+// Pixels of a later sub-frame that the first saw nothing of: some of the clamped lights, or where
+// there are none of those of first light, and rays into that one's cache, in passes "gather" and
+// "far".
 BD_MUST_CHECK
-enum bd_err bd_far_light_pixels(const struct bd_pass_context *context,
-                                const struct bd_technique_inputs *inputs,
-                                const struct bd_vpl_list *list, const struct bd_unlit *unlit,
-                                struct bd_multires_light **out, struct bd_err_detail *detail);
+bd_light_fragments_fn bd_far_light_pixels;
 
 // Of a later sub-frame all lobes anew, into the first one's cache, in passes "gloss" and "filter".
 BD_MUST_CHECK

@@ -120,15 +120,6 @@ static enum bd_err light(const struct bd_pass_context *context,
     return err;
 }
 
-// Pixels of a later sub-frame that the first saw nothing of: rays alone bring back.
-static enum bd_err light_pixels(const struct bd_pass_context *context,
-                                const struct bd_technique_inputs *inputs,
-                                const struct bd_unlit *unlit, struct bd_multires_light **out,
-                                struct bd_err_detail *detail)
-{
-    return bd_far_light_pixels(context, inputs, inputs->light_paths->clamped, unlit, out, detail);
-}
-
 static const struct bd_technique_pass passes[] = {
     {"weigh", BD_WHEN_CHOSEN},
     {"choose", BD_WHEN_RAYS},
@@ -180,6 +171,6 @@ const struct bd_technique bd_technique_ssbc = {
     .ladder = ladder,
     .is_sampled = true,
     .indirect = light,
-    .light_pixels = light_pixels,
+    .light_pixels = bd_far_light_pixels,
     .light_glossy = bd_far_light_lobes,
 };
