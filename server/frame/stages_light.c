@@ -166,7 +166,8 @@ static uint32_t reflections_of(const struct bd_plan *plan)
 static float clamp_of(const struct bd_frame *frame)
 {
     const double per_m = frame->scene->space.render_per_m;
-    return (float)fmin(frame->plan->params.clamp_per_m2 / (per_m * per_m), BD_VPL_CLAMP_MAX);
+    const double clamp = frame->plan->params.clamp_per_m2 / (per_m * per_m);
+    return clamp > 0 ? (float)fmax(fmin(clamp, BD_VPL_CLAMP_MAX), BD_VPL_CLAMP_MIN) : 0;
 }
 
 enum bd_err bd_run_light_paths(struct bd_frame *frame, struct bd_frame_light *light)

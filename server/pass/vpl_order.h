@@ -16,8 +16,10 @@
 
 enum bd_vpl_softness { BD_VPLS_AS_THEY_ARE, BD_VPLS_SOFT, BD_VPLS_CLAMPED };
 
-// Beyond this nothing is clamped, per render unit squared: VPLs at one place give no more.
+// Beyond this nothing is clamped, per render unit squared: VPLs at one place give no more. Below
+// the other all is, whose reach is a million render units.
 #define BD_VPL_CLAMP_MAX 1e12
+#define BD_VPL_CLAMP_MIN 1e-12
 
 struct bd_vpl_order_how {
     float radius; // of the render space
