@@ -56,6 +56,16 @@ static const struct bd_primitive *primitive_of(const struct spreading *s,
     return &s->scene->meshes[run->mesh]->primitives[run->primitive];
 }
 
+static bool only_hides(const struct spreading *s)
+{
+    return s->sends == BD_HIDES_BY_MASK || s->sends == BD_HIDES_BY_COVERAGE;
+}
+
+static int sides_of(const struct spreading *s, const struct bd_material *material)
+{
+    return material->double_sided && !only_hides(s) ? 2 : 1;
+}
+
 static enum bd_err visit_part(struct spreading *s, const struct part *part, visit_fn *visit)
 {
     const struct bd_triangle_run *run = &s->order.runs[part->run];
@@ -63,7 +73,7 @@ static enum bd_err visit_part(struct spreading *s, const struct part *part, visi
     struct place place = {.primitive = primitive,
                           .material = &s->scene->materials[primitive->material]};
     enum bd_err err = BD_ERR_OK;
-    if (place.material->unlit) return err;
+    if (place.material->unlit && !only_hides(s)) return err;
     for (uint32_t t = 0; !err && t < run->triangles_per_instance; t++) {
         place.index = primitive->index + 3 * (size_t)t;
         place.number = (uint32_t)(run->first_triangle +
@@ -131,27 +141,44 @@ static enum bd_err list_parts(struct spreading *s)
 
 static void measure(struct spreading *s, const struct place *place)
 {
-    s->area += (double)place->at.area * (place->material->double_sided ? 2 : 1);
+    s->area += (double)place->at.area * sides_of(s, place->material);
 }
 
 // --- points -------------------------------------------------------------------------------------
+
+static bool is_left_out(const struct spreading *s, const struct bd_material *material, float alpha)
+{
+    const bool by_chance =
+        material->alpha_mode == BD_ALPHA_BLEND && s->sends == BD_HIDES_BY_COVERAGE;
+    return by_chance ? bd_stirred(s->next) * 0x1p-32 >= alpha : bd_is_cut_out(material, alpha);
+}
+
+// Every so many of a sequence are no sequence: sets have parts of it.
+static uint32_t number_in_sequence(const struct spreading *s)
+{
+    const uint32_t set = s->next % BD_SURFACE_POINT_SETS, in_set = s->next / BD_SURFACE_POINT_SETS;
+    return only_hides(s) ? set * (BD_SURFACE_POINTS_MAX / BD_SURFACE_POINT_SETS) + in_set : s->next;
+}
 
 // Uniform over the triangle (Osada et al. 2002).
 static void add_point(struct spreading *s, const struct place *place, bool is_behind)
 {
     float number[2];
-    bd_sequence_pair(&s->sequence, s->next, number);
+    bd_sequence_pair(&s->sequence, number_in_sequence(s), number);
     const float root = sqrtf(number[0]), u = root * (1 - number[1]), v = root * number[1];
     const struct bd_map_texel color =
         bd_base_color_at(s->scene, place->primitive, place->index, u, v);
-    if (bd_is_cut_out(place->material, color.alpha)) return;
-    s->points->points[s->points->count++] = (struct bd_surface_point){
+    if (is_left_out(s, place->material, color.alpha)) return;
+    struct bd_surface_point *to = &s->points->points[s->points->count++];
+    *to = (struct bd_surface_point){
         .position = bd_triangle_place_at(&place->at, u, v),
         .normal = f3_scale(place->at.normal, is_behind ? -1 : 1),
-        .diffuse = bd_diffuse_of(s->scene, place->primitive, place->index, u, v, color.rgb,
-                                 s->sends, BD_FROM_EVERYWHERE),
         .triangle = place->number,
+        .number = only_hides(s) ? s->next : 0,
     };
+    if (!only_hides(s))
+        to->diffuse = bd_diffuse_of(s->scene, place->primitive, place->index, u, v, color.rgb,
+                                    s->sends, BD_FROM_EVERYWHERE);
 }
 
 // Where the next point lies on the way through all area, before `s->passed` plus this much.
@@ -162,7 +189,7 @@ static bool has_next_before(const struct spreading *s, double area)
 
 static void spread(struct spreading *s, const struct place *place)
 {
-    for (int side = 0; side < (place->material->double_sided ? 2 : 1); side++) {
+    for (int side = 0; side < sides_of(s, place->material); side++) {
         for (; has_next_before(s, place->at.area); s->next++) add_point(s, place, side == 1);
         s->passed += place->at.area;
     }

@@ -20,18 +20,28 @@
 
 #define BD_SURFACE_POINTS_MAX (UINT32_C(1) << 20)
 
+// Points that hide are of so many sets, which take turns: each is spread evenly by itself.
+#define BD_SURFACE_POINT_SETS 16u
+
 // What of the light that comes to it a surface sends on as a diffuse one would.
 enum bd_sends {
     BD_SENDS_DIFFUSE, // what its diffuse lobe reflects
     BD_SENDS_LAMBERT, // its base colour: metals have such a lobe, too
     BD_SENDS_ALL,     // what all of its BRDF reflects, of light from everywhere
+    // Nothing is asked of what it sends on, but that it hides what is behind it: what is unlit has
+    // points, too, nothing has any on its back, and what blends has them where it is at least half
+    // opaque, or as often as it is.
+    BD_HIDES_BY_MASK,
+    BD_HIDES_BY_COVERAGE,
 };
 
 struct bd_surface_point {
     f3 position, normal; // render space; unit, the triangle's own, to the side it lies on
     f3 diffuse;          // albedo, of what it sends on
     uint32_t triangle;
-    uint32_t number; // by which it draws what is left to chance; whoever finds it says which
+    // By which it draws what is left to chance; whoever finds it says which. Of what hides: its
+    // place among those that were asked for, some of which are cut out.
+    uint32_t number;
 };
 
 struct bd_surface_points {
