@@ -102,6 +102,12 @@
 #define BD_STORAGE_RAY_CUTOUTS   6
 #define BD_STORAGE_RAY_TEXELS    7
 
+// Storage blocks of imperfect_shadows, and of who asks those beside BD_STORAGE_SEGMENTS and
+// BD_STORAGE_OCCLUDED.
+#define BD_STORAGE_SHADOW_POINTS  0
+#define BD_STORAGE_SHADOW_CENTRES 1
+#define BD_STORAGE_SHADOW_TEXELS  2
+
 // Storage blocks of receivers, beside BD_STORAGE_FRAGMENTS.
 #define BD_STORAGE_RECEIVERS        3
 #define BD_STORAGE_RECEIVER_LIGHT   4
