@@ -12,6 +12,7 @@
 #include <stdint.h>
 
 #include "shared/gather_tree.h"
+#include "shared/imperfect_shadows.h"
 #include "shared/light.h"
 #include "shared/rays.h"
 #include "shared/receivers.h"
@@ -142,6 +143,13 @@ struct bd_screen_light {
     float looked[BD_SCREEN_LANES];
 };
 
+// A map of what a virtual light sees of some points (shared/imperfect_shadows.h).
+struct bd_native_shadow {
+    const struct bd_shadow_centre *centre;
+    const struct bd_shadow_point *points;
+    uint32_t count, side_px;
+};
+
 // What is summed beside irradiance.
 struct bd_native_wishes {
     bool near_patches;   // VPLs nearer than their limit are integrated as patches
@@ -193,6 +201,8 @@ struct bd_native_loops {
     // What the screen gives to each lane beyond the clamp, added to zeroes.
     void (*residual)(const struct bd_native_screen *screen,
                      const struct bd_screen_receivers *receivers, struct bd_screen_light *light);
+    // Keeps in each texel of a map the least key of the disks that it meets.
+    void (*shadow)(const struct bd_native_shadow *shadow, uint32_t *map);
 };
 
 // The widest that this machine has, or none wider than BD_NATIVE_WIDTH of the environment says:
