@@ -37,10 +37,19 @@ uint32_t bd_choose_all_max(uint32_t vpl_count)
     return (uint32_t)(BD_SEGMENTS_BYTES_MAX / of_receiver);
 }
 
+void bd_asking_set_maps(const struct bd_visibility_inputs *visibility,
+                        const struct bd_vpl_list *list, struct bd_asking *asking)
+{
+    const struct bd_shadow_maps_of_list maps = bd_imperfect_maps_of(visibility->maps, list);
+    asking->args.first_map = maps.first;
+    asking->args.vpls_per_map = maps.vpls_each;
+}
+
 static enum bd_err ask_all(const struct bd_pass_context *context, const struct bd_askers *askers,
                            const struct bd_askers_slice *slice, const struct bd_vpl_list *list,
-                           uint32_t first_vpl, uint32_t vpl_count, struct bd_segments *segments,
-                           struct bd_err_detail *detail)
+                           uint32_t first_vpl, uint32_t vpl_count,
+                           const struct bd_visibility_inputs *visibility,
+                           struct bd_segments *segments, struct bd_err_detail *detail)
 {
     struct bd_defines defines = {0};
     const struct bd_program *program;
@@ -54,6 +63,7 @@ static enum bd_err ask_all(const struct bd_pass_context *context, const struct b
     asking.args.first_item = first_vpl;
     asking.args.item_count = vpl_count;
     asking.args.words_per_receiver = words_of(vpl_count);
+    bd_asking_set_maps(visibility, list, &asking);
     bind_vpls(list, &asking.bindings);
     bd_bind_storage(&asking.bindings, BD_STORAGE_SEGMENTS, segments->segments, false, true);
     bd_askers_dispatch(context->gpu, program, &asking);
@@ -69,7 +79,8 @@ enum bd_err bd_choose_all(const struct bd_pass_context *context, const struct bd
     const size_t receivers = bd_askers_count(askers, slice);
     BD_ASSERT_CMP(receivers, <=, bd_choose_all_max(vpl_count));
     bd_gpu_pass_begin(context->gpu, "choose");
-    enum bd_err err = ask_all(context, askers, slice, list, first_vpl, vpl_count, segments, detail);
+    enum bd_err err =
+        ask_all(context, askers, slice, list, first_vpl, vpl_count, visibility, segments, detail);
     bd_gpu_pass_end(context->gpu);
     if (err) return err;
     bd_gpu_pass_begin(context->gpu, "visibility");
@@ -218,6 +229,7 @@ static void bind(const struct bd_chooser *c, struct bd_asking *asking)
     asking->args.vpls_per_group = c->groups.vpls;
     asking->args.running_sum_count = c->groups.count;
     asking->args.list_vpl_count = in->list->count;
+    bd_asking_set_maps(in->visibility, in->list, asking);
 }
 
 static void bind_choice(const struct bd_chooser *c, struct bd_asking *asking)

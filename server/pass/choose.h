@@ -78,6 +78,9 @@ void bd_askers_bind(const struct bd_askers *askers, const struct bd_askers_slice
 void bd_askers_set_uniforms(struct bd_asking *asking); // before a dispatch of one's own
 void bd_askers_dispatch(struct bd_gpu *gpu, const struct bd_program *program,
                         struct bd_asking *asking);
+// For segments to a list's VPLs, where maps are asked.
+void bd_asking_set_maps(const struct bd_visibility_inputs *visibility,
+                        const struct bd_vpl_list *list, struct bd_asking *asking);
 // For a program whose askers they are.
 void bd_askers_define(const struct bd_askers *askers, struct bd_defines *defines);
 

@@ -36,6 +36,7 @@ static void dispatch(struct bd_tree_choice *c, const char *pass, const struct bd
     const struct bd_gather_tree_args args = bd_tree_walk_args(&c->walk, roots);
     bd_tree_walk_bind(&c->walk, roots, &args, &c->asking->bindings);
     c->asking->args.light_index = roots->light;
+    bd_asking_set_maps(c->inputs->visibility, c->inputs->leaves[roots->light], c->asking);
     bd_gpu_pass_begin(c->context->gpu, pass);
     bd_askers_dispatch(c->context->gpu, program, c->asking);
     bd_gpu_pass_end(c->context->gpu);

@@ -16,6 +16,7 @@ struct gather {
     struct bd_native_wishes wishes;
     struct bd_native_vpls *list;
     struct bd_native_choice choice;
+    struct bd_shadow_maps_of_list maps; // of the list
     const struct bd_receiver_part *part;
     struct bd_native_part turn; // groups of VPLs, or rays
     float *sums;                // of a group each
@@ -86,6 +87,9 @@ static void aim(const struct gather *g, const struct bd_ray_starts *starts, uint
     f3_store(segment->from, f3_add(from, f3_scale(f3_at(&starts->normal_geometric, i), lift)));
     f3_store(segment->to, f3_add(to, f3_scale(f3_from(vpl + 1), lift)));
     segment->from_triangle = starts->triangle[i];
+    if (g->maps.vpls_each == 0) return;
+    segment->to_triangle = g->maps.first + vpl_index / g->maps.vpls_each;
+    f3_store(segment->to, f3_at(&starts->normal_geometric, i));
 }
 
 // Those of a lane side by side. One asks nothing where nothing was found.
@@ -238,6 +242,7 @@ enum bd_err bd_gather_chosen_native_run(const struct bd_pass_context *context,
         .context = context,
         .inputs = inputs,
         .wishes = bd_native_wishes_of(&inputs->receivers),
+        .maps = bd_imperfect_maps_of(inputs->visibility->maps, inputs->list),
         .detail = detail,
     };
     enum bd_err err = bd_native_lists_borrow(context->gpu, &inputs->list, 1, &g.list, detail);

@@ -106,7 +106,7 @@ static enum bd_err gather_lists(void *user, const struct bd_receiver_part *part)
 bool bd_gather_may_be_native(const struct bd_pass_context *context,
                              const struct bd_visibility_inputs *visibility)
 {
-    return context->processor && (!visibility || visibility->occluders->rays);
+    return context->processor && (!visibility || bd_visibility_is_native(visibility));
 }
 
 static enum bd_err run(struct gather *g)

@@ -53,6 +53,7 @@ struct bd_gather_tree_inputs {
     bool spread;
     uint32_t finest_level;          // whose blocks, and those below, may hold several surfaces
     struct bd_multires_light *into; // NULL, or earlier light that these fragments are added to
+    const struct bd_visibility_inputs *visibility; // of leaves that are chosen (pass/choose_tree.h)
 };
 
 // At every pixel.

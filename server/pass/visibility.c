@@ -1,6 +1,7 @@
 #include "pass/visibility.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 #include "base/assert.h"
 #include "base/clock.h"
@@ -32,6 +33,44 @@ void bd_segments_destroy(struct bd_gpu *gpu, struct bd_segments **segments)
     free(s);
 }
 
+// --- maps ---------------------------------------------------------------------------------------
+
+bool bd_visibility_is_native(const struct bd_visibility_inputs *inputs)
+{
+    if (inputs->maps) return !inputs->maps->shadows->texels;
+    return inputs->nothing_hides || inputs->occluders->rays;
+}
+
+static enum bd_err ask_maps(const struct bd_pass_context *context,
+                            const struct bd_visibility_inputs *inputs,
+                            const struct bd_segment *segments, size_t count, uint32_t *occluded)
+{
+    enum bd_err err = BD_ERR_OK;
+    bd_slicer_work(context->slicer, "imperfect visibility");
+    for (size_t at = 0, now; !err && at < count; at += now) {
+        now = bd_rays_of_slice(context->slicer, count - at);
+        bd_imperfect_ask(inputs->maps, inputs->pool, segments + at, now, occluded + at / 32);
+        err = bd_slicer_checkpoint(context->slicer, (double)now);
+    }
+    return err;
+}
+
+static enum bd_err run_on_maps(const struct bd_pass_context *context,
+                               const struct bd_visibility_inputs *inputs,
+                               struct bd_segments *segments, size_t count,
+                               struct bd_err_detail *detail)
+{
+    enum bd_err err = BD_ERR_OK;
+    bd_slicer_work(context->slicer, "imperfect visibility");
+    for (size_t at = 0, now; !err && at < count; at += now) {
+        now = bd_rays_of_slice(context->slicer, count - at);
+        err = bd_imperfect_ask_device(context, inputs->maps, segments->segments, segments->occluded,
+                                      at, now, detail);
+        if (!err) err = bd_slicer_checkpoint(context->slicer, (double)now);
+    }
+    return err;
+}
+
 // --- the processor ------------------------------------------------------------------------------
 
 static enum bd_err make_host_room(struct bd_segments *s, struct bd_err_detail *detail)
@@ -43,10 +82,10 @@ static enum bd_err make_host_room(struct bd_segments *s, struct bd_err_detail *d
     return bd_err_set(detail, BD_ERR_NO_MEMORY, "rays", "no memory for %zu segments", s->count_max);
 }
 
-static enum bd_err ask_processor(const struct bd_pass_context *context,
-                                 const struct bd_visibility_inputs *inputs,
-                                 const struct bd_segment *segments, size_t count,
-                                 uint32_t *occluded, struct bd_ray_counts *traced)
+static enum bd_err ask_rays(const struct bd_pass_context *context,
+                            const struct bd_visibility_inputs *inputs,
+                            const struct bd_segment *segments, size_t count, uint32_t *occluded,
+                            struct bd_ray_counts *traced)
 {
     bd_slicer_work(context->slicer, "visibility");
     enum bd_err err = BD_ERR_OK;
@@ -59,6 +98,17 @@ static enum bd_err ask_processor(const struct bd_pass_context *context,
         err = bd_slicer_checkpoint(context->slicer, (double)rays);
     }
     return err;
+}
+
+static enum bd_err ask_processor(const struct bd_pass_context *context,
+                                 const struct bd_visibility_inputs *inputs,
+                                 const struct bd_segment *segments, size_t count,
+                                 uint32_t *occluded, struct bd_ray_counts *traced)
+{
+    if (inputs->maps) return ask_maps(context, inputs, segments, count, occluded);
+    if (!inputs->nothing_hides) return ask_rays(context, inputs, segments, count, occluded, traced);
+    memset(occluded, 0, (count + 31) / 32 * sizeof *occluded);
+    return BD_ERR_OK;
 }
 
 static enum bd_err run_on_processor(const struct bd_pass_context *context,
@@ -86,6 +136,7 @@ static enum bd_err run_on_device(const struct bd_pass_context *context,
                                  struct bd_segments *segments, size_t count,
                                  struct bd_err_detail *detail)
 {
+    if (inputs->maps) return run_on_maps(context, inputs, segments, count, detail);
     const struct bd_ray_walks_inputs walk = {.question = BD_RAY_QUESTION_OCCLUDED,
                                              .occluders = inputs->occluders,
                                              .alpha = inputs->alpha,
@@ -126,7 +177,7 @@ enum bd_err bd_visibility_ask(const struct bd_pass_context *context,
                               struct bd_ray_counts *traced, struct bd_err_detail *detail)
 {
     if (count == 0) return BD_ERR_OK;
-    return inputs->occluders->rays
+    return bd_visibility_is_native(inputs)
                ? ask_processor(context, inputs, segments, count, occluded, traced)
                : ask_device(context, inputs, segments, count, occluded, traced, detail);
 }
@@ -137,6 +188,11 @@ enum bd_err bd_visibility_run(const struct bd_pass_context *context,
                               struct bd_err_detail *detail)
 {
     BD_ASSERT_CMP(count, <=, segments->count_max);
-    return inputs->occluders->rays ? run_on_processor(context, inputs, segments, count, detail)
-                                   : run_on_device(context, inputs, segments, count, detail);
+    if (inputs->nothing_hides && !context->processor) {
+        bd_buf_clear(context->gpu, segments->occluded);
+        return BD_ERR_OK;
+    }
+    return bd_visibility_is_native(inputs)
+               ? run_on_processor(context, inputs, segments, count, detail)
+               : run_on_device(context, inputs, segments, count, detail);
 }

@@ -1,7 +1,8 @@
 // Visibility: which of a buffer's segments are blocked (rays/rays.h). One question for all who
 // gather; what they do with the answer is theirs. Asked of the device where the occluders lie
 // there, and of the processor otherwise: answers differ only where a segment passes within rounding
-// of a triangle's edge.
+// of a triangle's edge. Segments to VPLs may be asked of imperfect shadow maps instead, or of
+// nothing.
 //
 // Cost: a ray a segment, some 10 to 40 M a second on two cores.
 // Wald, Woop, Benthin, Johnson, Ernst 2014 (Embree).
@@ -11,15 +12,21 @@
 #ifndef BD_PASS_VISIBILITY_H
 #define BD_PASS_VISIBILITY_H
 
+#include "pass/imperfect_shadows.h"
 #include "pass/occluders.h"
 #include "pass/pass.h"
 #include "pass/ray_walks.h"
 
 struct bd_visibility_inputs {
-    const struct bd_occluders *occluders;
-    struct bd_pool *pool; // of the processor's threads
+    const struct bd_occluders *occluders; // NULL where maps answer, or nothing hides
+    struct bd_pool *pool;                 // of the processor's threads
     enum bd_rays_alpha alpha;
+    const struct bd_imperfect_view *maps; // NULL: rays
+    bool nothing_hides;                   // no answer is yes
 };
+
+// Whether the processor answers by itself: what is for its loops has not to go by the device.
+bool bd_visibility_is_native(const struct bd_visibility_inputs *inputs);
 
 // Segments of a slice and their answers. Segments whose ends are one point ask nothing and are not
 // blocked.

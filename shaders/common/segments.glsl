@@ -10,14 +10,23 @@
 layout(binding = BD_UNIT_GBUFFER_TRIANGLE) uniform usampler2D gbuffer_triangle;
 layout(std430, binding = BD_STORAGE_SEGMENTS) writeonly buffer segment_block { uvec4 segments[]; };
 
-void store_segment(uint index, vec3 from, uint from_triangle, vec3 to)
+void store_segment(uint index, vec3 from, uint from_triangle, vec3 to, uint map)
 {
     segments[index * BD_SEGMENT_UVEC4S] = uvec4(floatBitsToUint(from), from_triangle);
-    segments[index * BD_SEGMENT_UVEC4S + 1u] = uvec4(floatBitsToUint(to), BD_NO_TRIANGLE);
+    segments[index * BD_SEGMENT_UVEC4S + 1u] = uvec4(floatBitsToUint(to), map);
 }
 
 // One that asks nothing.
-void store_no_segment(uint index) { store_segment(index, vec3(0.0), BD_NO_TRIANGLE, vec3(0.0)); }
+void store_no_segment(uint index)
+{
+    store_segment(index, vec3(0.0), BD_NO_TRIANGLE, vec3(0.0), BD_NO_TRIANGLE);
+}
+
+// Where maps are asked.
+uint map_of_vpl(uint vpl)
+{
+    return args.vpls_per_map == 0u ? BD_NO_TRIANGLE : args.first_map + vpl / args.vpls_per_map;
+}
 
 // Where a receiver's rays start, and which triangle that is on.
 struct ray_start {
@@ -40,7 +49,10 @@ void store_segment_to(uint index, ray_start start, uint vpl)
     float along_u = BD_LOAD(vpls, vpl * BD_VPL_VEC4S + 2u).w;
     vec3 to = end_of_segment(position, u.xyz, v.xyz, along_u, v.w);
     float lift = lift_of_segment(largest_coordinate(view.position.xyz), r.position, to);
-    store_segment(index, r.position + r.normal_geometric * lift, start.triangle, to + normal * lift);
+    vec3 from = r.position + r.normal_geometric * lift;
+    uint map = map_of_vpl(vpl);
+    store_segment(index, from, start.triangle,
+                  map == BD_NO_TRIANGLE ? to + normal * lift : r.normal_geometric, map);
 }
 
 // Whether the receiver would have light of it if nothing stood between them.

@@ -27,6 +27,12 @@ struct bd_choose_args {
     BD_UINT seed;              // of the frame
     BD_UINT list_vpl_count;    // of the whole list
     BD_UINT light_index;       // whose tree is walked (choose_tree)
+
+    // Of the list, or of that light's leaves: which map a VPL has (pass/imperfect_shadows.h).
+    BD_UINT first_map;
+    BD_UINT vpls_per_map; // 0: there are none
+    BD_UINT unused_0;
+    BD_UINT unused_1;
 };
 
 // Of a VPL that was chosen: rgb of its light, seen or not, times how many it stands for; the same
@@ -34,7 +40,7 @@ struct bd_choose_args {
 #define BD_PICK_VEC4S 2
 
 #ifndef BD_GLSL
-_Static_assert(sizeof(struct bd_choose_args) == 64, "std140 size");
+_Static_assert(sizeof(struct bd_choose_args) == 80, "std140 size");
 #endif
 
 #endif

@@ -19,6 +19,8 @@ struct bd_segment {
     float from[3];
     uint32_t from_triangle; // or BD_NO_TRIANGLE: neither end's triangle blocks
     float to[3];
+    // Where maps are asked (pass/imperfect_shadows.h), the map of a VPL; `to` is the receiver's
+    // normal.
     uint32_t to_triangle;
 };
 _Static_assert(sizeof(struct bd_segment) == 16 * BD_SEGMENT_UVEC4S, "std430 size");

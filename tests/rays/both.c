@@ -71,7 +71,8 @@ struct bd_ray_counts both_ask(struct both *both, enum executor executor, enum bd
                               const struct bd_segment *segments, size_t count, uint32_t *bits)
 {
     const size_t most = BD_SEGMENTS_BYTES_MAX / sizeof *segments;
-    const struct bd_visibility_inputs inputs = {both->occluders[executor], both->pool, alpha};
+    const struct bd_visibility_inputs inputs = {
+        .occluders = both->occluders[executor], .pool = both->pool, .alpha = alpha};
     struct bd_gpu *gpu = both->context.gpu;
     struct bd_segments *slice;
     struct bd_err_detail detail = {0};
@@ -90,7 +91,8 @@ struct bd_ray_counts both_ask(struct both *both, enum executor executor, enum bd
 struct bd_ray_counts both_meet(struct both *both, enum executor executor, enum bd_rays_alpha alpha,
                                const struct bd_ray *rays, size_t count, struct bd_ray_hit *hits)
 {
-    const struct bd_visibility_inputs inputs = {both->occluders[executor], both->pool, alpha};
+    const struct bd_visibility_inputs inputs = {
+        .occluders = both->occluders[executor], .pool = both->pool, .alpha = alpha};
     struct bd_ray_counts traced = {0};
     struct bd_err_detail detail = {0};
     must(bd_nearest_ask(&both->context, &inputs, rays, count, hits, &traced, &detail), &detail);
