@@ -34,9 +34,10 @@ enum bd_err bd_far_light_cache(const struct bd_pass_context *context,
                                struct bd_err_detail *detail)
 {
     const struct bd_light_paths *paths = inputs->light_paths;
+    const struct bd_visibility_inputs visibility = bd_technique_visibility(inputs);
     struct bd_cache_inputs cache = {
         .gather = gather,
-        .far = bd_far_of_list(inputs, gather->visibility, paths->all, CELL_FAR_RAYS),
+        .far = bd_far_of_list(inputs, &visibility, paths->all, CELL_FAR_RAYS),
         .list = paths->all,
         .vpl_rays = CELL_VPL_RAYS,
         .cells = inputs->params->cache_cells,
@@ -64,9 +65,10 @@ enum bd_err bd_far_light_pixels(const struct bd_pass_context *context,
 {
     const struct bd_light_paths *paths = inputs->light_paths;
     const struct bd_vpl_list *list = paths->clamped ? paths->clamped : paths->first;
-    const struct bd_visibility_inputs visibility = bd_technique_visibility(inputs);
+    const struct bd_visibility_inputs rays = bd_technique_visibility(inputs);
+    const struct bd_visibility_inputs of_vpls = bd_technique_vpl_visibility(inputs);
     struct bd_gather_fragments_inputs gather = bd_fragment_inputs(inputs, unlit);
-    gather.visibility = &visibility;
+    gather.visibility = &of_vpls;
     gather.vector = false;
     const struct bd_gather_chosen_fragments_inputs chosen = {
         .gather = &gather,
@@ -75,7 +77,7 @@ enum bd_err bd_far_light_pixels(const struct bd_pass_context *context,
         .seed = (uint32_t)inputs->seed_of_sub_frame,
     };
     struct bd_far_inputs far =
-        bd_far_of_list(inputs, &visibility, list, own_rays(inputs, inputs->params->far_rays));
+        bd_far_of_list(inputs, &rays, list, own_rays(inputs, inputs->params->far_rays));
     far.cells = inputs->cells;
     enum bd_err err = bd_gather_chosen_fragments_run(context, &chosen, out, detail);
     return err ? err : bd_far_of_fragments(context, &far, &gather, *out, detail);

@@ -48,7 +48,7 @@ enum bd_err bd_fragments_gather(const struct bd_pass_context *context,
                                 struct bd_err_detail *detail)
 {
     struct bd_gather_fragments_inputs gather = bd_fragment_inputs(inputs, unlit);
-    const struct bd_visibility_inputs visibility = bd_technique_visibility(inputs);
+    const struct bd_visibility_inputs visibility = bd_technique_vpl_visibility(inputs);
     const struct bd_gather_chosen_fragments_inputs chosen = {
         .gather = &gather,
         .list = inputs->vpls_in_order,
@@ -56,7 +56,7 @@ enum bd_err bd_fragments_gather(const struct bd_pass_context *context,
         .seed = inputs->seed,
         .noise = inputs->filtered,
     };
-    if (inputs->occluders) gather.visibility = &visibility;
+    if (bd_technique_asks(inputs)) gather.visibility = &visibility;
     if (!inputs->chosen) return bd_gather_fragments_run(context, &gather, out, detail);
     return bd_gather_chosen_fragments_run(context, &chosen, out, detail);
 }

@@ -10,7 +10,7 @@
 // The passes of a technique that lights fragments, in order.
 // clang-format off
 #define BD_FRAGMENT_PASSES                                                                         \
-    {"weigh", BD_WHEN_CHOSEN}, {"choose", BD_WHEN_RAYS}, {"visibility", BD_WHEN_RAYS},             \
+    {"weigh", BD_WHEN_CHOSEN}, {"choose", BD_WHEN_ASKED}, {"visibility", BD_WHEN_ASKED},             \
     {"gather", 0}, {"filter", BD_WHEN_FILTERED}, {"upsample", 0}
 // clang-format on
 

@@ -21,9 +21,8 @@ static enum bd_err gather_chosen(const struct bd_pass_context *context,
                                  struct bd_multires_light **out, struct bd_err_detail *detail)
 {
     struct bd_gather_fragments_inputs gather = bd_fragment_inputs(inputs, unlit);
-    const struct bd_visibility_inputs visibility = bd_technique_visibility(inputs);
     struct bd_tree_choice *choice;
-    gather.visibility = &visibility;
+    gather.visibility = trees->visibility;
     enum bd_err err = bd_tree_choice_create(context, trees, inputs->params->rays, &choice, detail);
     if (err) return err;
     const struct bd_gather_chosen_fragments_inputs chosen = {
@@ -44,6 +43,7 @@ static enum bd_err gather(const struct bd_pass_context *context,
                           struct bd_multires_light **out, struct bd_err_detail *detail)
 {
     const struct bd_params *params = inputs->params;
+    const struct bd_visibility_inputs visibility = bd_technique_vpl_visibility(inputs);
     const struct bd_gather_tree_inputs gather = {
         .scene = inputs->scene,
         .viewpoint = inputs->viewpoint,
@@ -61,9 +61,10 @@ static enum bd_err gather(const struct bd_pass_context *context,
         .spread = unlit->spread,
         .finest_level = params->finest_level,
         .into = unlit->into,
+        .visibility = &visibility,
     };
     if (inputs->chosen) return gather_chosen(context, inputs, unlit, &gather, out, detail);
-    if (inputs->occluders) return bd_fragments_gather(context, inputs, unlit, out, detail);
+    if (bd_technique_asks(inputs)) return bd_fragments_gather(context, inputs, unlit, out, detail);
     bd_gpu_pass_begin(context->gpu, "gather");
     enum bd_err err = bd_gather_tree_fragments_run(context, &gather, out, detail);
     bd_gpu_pass_end(context->gpu);

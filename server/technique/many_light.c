@@ -27,8 +27,9 @@ static enum bd_err complete(const struct bd_pass_context *context,
                             const struct bd_gather_inputs *gather, struct bd_indirect *indirect,
                             struct bd_err_detail *detail)
 {
-    struct bd_far_inputs far = bd_far_of_list(inputs, gather->visibility,
-                                              inputs->light_paths->first, inputs->params->far_rays);
+    const struct bd_visibility_inputs visibility = bd_technique_visibility(inputs);
+    struct bd_far_inputs far =
+        bd_far_of_list(inputs, &visibility, inputs->light_paths->first, inputs->params->far_rays);
     enum bd_err err =
         bd_far_light_cache(context, inputs, gather, &indirect->cells, &indirect->rays, detail);
     far.cells = indirect->cells;
@@ -57,7 +58,7 @@ static enum bd_err light(const struct bd_pass_context *context,
                          const struct bd_technique_inputs *inputs, struct bd_indirect **out,
                          struct bd_err_detail *detail)
 {
-    const struct bd_visibility_inputs visibility = bd_technique_visibility(inputs);
+    const struct bd_visibility_inputs visibility = bd_technique_vpl_visibility(inputs);
     const struct bd_gather_inputs gather = gather_of(inputs, &visibility);
     const struct bd_gather_chosen_inputs chosen = {&gather, inputs->light_paths->first,
                                                    bd_chosen_rays(inputs->params), inputs->seed};
@@ -69,11 +70,11 @@ static enum bd_err light(const struct bd_pass_context *context,
 }
 
 static const struct bd_technique_pass passes[] = {
-    {"weigh", BD_WHEN_CHOSEN},    {"choose", BD_WHEN_RAYS},
-    {"visibility", BD_WHEN_RAYS}, {"gather", 0},
-    {"cache", BD_WHEN_FIRST},     {"far", BD_WHEN_RAYS},
-    {"gloss", BD_WHEN_GLOSSY},    {"rough", BD_WHEN_ROUGH | BD_WHEN_FIRST},
-    {"filter", BD_WHEN_FILTERED}, {NULL, 0},
+    {"weigh", BD_WHEN_CHOSEN},     {"choose", BD_WHEN_ASKED},
+    {"visibility", BD_WHEN_ASKED}, {"gather", 0},
+    {"cache", BD_WHEN_FIRST},      {"far", BD_WHEN_ASKED},
+    {"gloss", BD_WHEN_GLOSSY},     {"rough", BD_WHEN_ROUGH | BD_WHEN_FIRST},
+    {"filter", BD_WHEN_FILTERED},  {NULL, 0},
 };
 static const struct bd_param_default defaults[] = {
     {BD_PARAM_VPLS, 1024},           {BD_PARAM_VPL_KERNEL, BD_KERNEL_DISK}, {BD_PARAM_RAYS, 4},
@@ -101,8 +102,8 @@ const struct bd_technique bd_technique_many_light = {
               .indirect_lights = BD_LIGHTS_ALL},
     .inputs = BD_INPUT_FINAL_GATHER,
     .passes = passes,
-    .params_read = BD_READS_DIRECT | BD_READS(BD_PARAM_VPLS) | BD_READS(BD_PARAM_RAYS) |
-                   BD_READS(BD_PARAM_ALPHA) | BD_READS_LIGHT_PATHS | BD_READS(BD_PARAM_WALK_VPLS) |
+    .params_read = BD_READS_DIRECT | BD_READS(BD_PARAM_VPLS) | BD_READS_VISIBILITY |
+                   BD_READS_LIGHT_PATHS | BD_READS(BD_PARAM_WALK_VPLS) |
                    BD_READS(BD_PARAM_CACHE_CELLS) | BD_READS(BD_PARAM_FAR_RAYS) |
                    BD_READS(BD_PARAM_SUB_FRAMES) | BD_READS(BD_PARAM_LIGHT_BLOCKS),
     .defaults = defaults,

@@ -11,6 +11,7 @@
 #include "base/nearest.h"
 #include "pass/area_direct.h"
 #include "pass/far.h"
+#include "pass/imperfect_shadows.h"
 #include "pass/light_paths.h"
 #include "shared/screen.h"
 #include "technique/technique.h"
@@ -134,7 +135,8 @@ static const struct param_row table[BD_PARAM_COUNT] = {
          "of those, the index of the first; even"),
     COUNT(BOUNCES, "bounces", bounces, 0, 64, INFINITY, "of indirect light"),
     CHOICE(INDIRECT_VISIBILITY, "indirect_visibility", indirect_visibility, 1,
-           "what hides indirect light", "none", "rays"),
+           "what hides indirect light: nothing, what rays meet, or what imperfect shadow maps show",
+           "none", "rays", "ism"),
     COUNT(RAYS, "rays", rays, 1, 1u << 24, 16, "virtual lights that a receiver asks a ray for"),
     LIGHTS(LIGHTS, "lights", lights, ALL_LIGHTS, "kinds of light, joined by +", "punctual",
            "emissive", "environment", "all"),
@@ -191,6 +193,14 @@ static const struct param_row table[BD_PARAM_COUNT] = {
          "projected solid angle of a part of the picture, sr, above which it is looked at closer"),
     REAL(RESIDUAL_EDGE_THRESHOLD, "residual_edge_threshold", residual_edge_threshold, 0, 4, 0.02,
          "the same of a part that spans an edge"),
+    COUNT(ISM_SIZE, "ism_size", ism_size, BD_SHADOW_MAP_SIDE_MIN, BD_SHADOW_MAP_SIDE_MAX, 64,
+          "texels along a side of a virtual light's imperfect shadow map, at most"),
+    COUNT(ISM_POINTS, "ism_points", ism_points, BD_SHADOW_POINTS_MIN, BD_SHADOW_POINTS_MAX, 8192,
+          "points of all surfaces that such a map is made of"),
+    REAL(ISM_BIAS, "ism_bias", ism_bias, 0, 10, 0.1,
+         "how steep a surface may fall off beside a point and not hide itself"),
+    CHOICE(ISM_HOLES, "ism_holes", ism_holes, 1,
+           "where no point lies nothing hides, or what texels around say", "open", "filled"),
 };
 
 // Other words for choices. They are read, and never written.
@@ -267,16 +277,25 @@ static void set_defaults(const struct bd_technique *technique, bool paper_mode,
     if (paper_mode) set_as_printed(params);
 }
 
-static enum bd_err read_choice(const struct param_row *row, const char *value,
+// Those that the technique has: paths are hidden by what rays meet, or by nothing.
+static uint32_t choice_count(const struct param_row *row, const struct bd_technique *technique)
+{
+    uint32_t count = 0;
+    while (count < 4 && row->choices[count]) count++;
+    const bool is_of_paths = technique->is_reference && row == &table[BD_PARAM_INDIRECT_VISIBILITY];
+    return is_of_paths ? BD_VISIBILITY_ISM : count;
+}
+
+static enum bd_err read_choice(const struct param_row *row, const char *value, uint32_t count,
                                struct bd_params *out, struct bd_err_detail *detail)
 {
-    for (uint32_t i = 0; i < 4 && row->choices[i]; i++) {
+    for (uint32_t i = 0; i < count; i++) {
         if (strcmp(row->choices[i], value) != 0 && !is_alias(row, i, value)) continue;
         *count_at(out, row->offset) = i;
         return BD_ERR_OK;
     }
     char known[96] = "";
-    for (uint32_t i = 0; i < 4 && row->choices[i]; i++) {
+    for (uint32_t i = 0; i < count; i++) {
         size_t used = strlen(known);
         snprintf(known + used, sizeof known - used, "%s%s", i ? ", " : "", row->choices[i]);
     }
@@ -345,7 +364,8 @@ static enum bd_err read_technique(const struct param_row *row, const char *value
     return BD_ERR_OK;
 }
 
-static enum bd_err read_value(const struct param_row *row, const char *value, struct bd_params *out,
+static enum bd_err read_value(const struct param_row *row, const char *value,
+                              const struct bd_technique *technique, struct bd_params *out,
                               struct bd_err_detail *detail)
 {
     switch (row->type) {
@@ -354,7 +374,7 @@ static enum bd_err read_value(const struct param_row *row, const char *value, st
     case PARAM_REAL:
         return read_number(row, value, out, detail);
     case PARAM_CHOICE:
-        return read_choice(row, value, out, detail);
+        return read_choice(row, value, choice_count(row, technique), out, detail);
     case PARAM_LIGHTS:
         return read_lights(row, value, out, detail);
     case PARAM_TECHNIQUE:
@@ -390,7 +410,7 @@ static enum bd_err read_pair(const char *key, const char *value,
         if (!is_read(technique, i))
             return bd_err_set(detail, BD_ERR_USAGE, key, "%s: technique %s does not read it", key,
                               technique->name);
-        return read_value(&table[i], value, out, detail);
+        return read_value(&table[i], value, technique, out, detail);
     }
     return refuse_key(key, technique, detail);
 }
@@ -512,7 +532,7 @@ void bd_param_describe(const struct bd_technique *technique, enum bd_param param
                                   .maximum = row->maximum,
                                   .whole = row->type == PARAM_COUNT || row->type == PARAM_EVEN,
                                   .choices = row->choices};
-    while (out->choice_count < 4 && row->choices[out->choice_count]) out->choice_count++;
+    out->choice_count = choice_count(row, technique);
     if (row->type == PARAM_TECHNIQUE) out->choices = bd_technique_names(&out->choice_count);
     write_value(row, &defaults, out->standard, sizeof out->standard);
 }

@@ -102,11 +102,16 @@ enum bd_param {
     BD_PARAM_RESIDUAL_LEVELS,
     BD_PARAM_RESIDUAL_THRESHOLD,
     BD_PARAM_RESIDUAL_EDGE_THRESHOLD,
+    // Of imperfect shadow maps (pass/imperfect_shadows.h).
+    BD_PARAM_ISM_SIZE,
+    BD_PARAM_ISM_POINTS,
+    BD_PARAM_ISM_BIAS,
+    BD_PARAM_ISM_HOLES,
     BD_PARAM_COUNT,
 };
 
 // What hides indirect light. BD_VISIBILITY_NONE is false.
-enum bd_visibility { BD_VISIBILITY_NONE, BD_VISIBILITY_RAYS };
+enum bd_visibility { BD_VISIBILITY_NONE, BD_VISIBILITY_RAYS, BD_VISIBILITY_ISM };
 
 // Who does the arithmetic of passes that have a loop for the processor (pass/native).
 enum bd_executor { BD_EXECUTOR_AUTO, BD_EXECUTOR_DEVICE, BD_EXECUTOR_NATIVE };
@@ -174,6 +179,9 @@ struct bd_params {
     uint32_t residual;     // enum bd_residual
     uint32_t iterations, residual_levels;
     double residual_threshold, residual_edge_threshold; // sr
+    uint32_t ism_size, ism_points;
+    double ism_bias;
+    uint32_t ism_holes; // 0 = open, 1 = filled
 };
 
 // Of what a clamp takes off, of techniques that read `residual`: whether the picture gives it back,

@@ -17,9 +17,9 @@
 #include "technique/visible_light.h"
 
 static const struct bd_technique_pass passes[] = {
-    {"weigh", BD_WHEN_CHOSEN},    {"choose", BD_WHEN_RAYS},
-    {"visibility", BD_WHEN_RAYS}, {"gather", 0},
-    {"filter", BD_WHEN_FILTERED}, {NULL, 0},
+    {"weigh", BD_WHEN_CHOSEN},     {"choose", BD_WHEN_ASKED},
+    {"visibility", BD_WHEN_ASKED}, {"gather", 0},
+    {"filter", BD_WHEN_FILTERED},  {NULL, 0},
 };
 static const struct bd_param_default defaults[] = {
     BD_DEFAULT_VISIBILITY,

@@ -50,8 +50,9 @@ static enum bd_err bring_back(const struct bd_pass_context *context,
                               const struct bd_gather_inputs *gather, const struct bd_screen *screen,
                               struct bd_indirect *indirect, struct bd_err_detail *detail)
 {
-    struct bd_far_inputs far = bd_far_of_list(
-        inputs, gather->visibility, inputs->light_paths->clamped, inputs->params->far_rays);
+    const struct bd_visibility_inputs visibility = bd_technique_visibility(inputs);
+    struct bd_far_inputs far =
+        bd_far_of_list(inputs, &visibility, inputs->light_paths->clamped, inputs->params->far_rays);
     enum bd_err err =
         bd_far_light_cache(context, inputs, gather, &indirect->cells, &indirect->rays, detail);
     far.cells = indirect->cells;
@@ -104,7 +105,7 @@ static enum bd_err light(const struct bd_pass_context *context,
                          const struct bd_technique_inputs *inputs, struct bd_indirect **out,
                          struct bd_err_detail *detail)
 {
-    const struct bd_visibility_inputs visibility = bd_technique_visibility(inputs);
+    const struct bd_visibility_inputs visibility = bd_technique_vpl_visibility(inputs);
     struct bd_gather_inputs gather = bd_technique_gather_inputs(inputs);
     const struct bd_gather_chosen_inputs chosen = {&gather, inputs->light_paths->clamped,
                                                    bd_chosen_rays(inputs->params), inputs->seed};
@@ -122,8 +123,8 @@ static enum bd_err light(const struct bd_pass_context *context,
 
 static const struct bd_technique_pass passes[] = {
     {"weigh", BD_WHEN_CHOSEN},
-    {"choose", BD_WHEN_RAYS},
-    {"visibility", BD_WHEN_RAYS},
+    {"choose", BD_WHEN_ASKED},
+    {"visibility", BD_WHEN_ASKED},
     {"gather", 0},
     {"cache", BD_WHEN_SHORT | BD_WHEN_FIRST},
     {"far", BD_WHEN_SHORT},
@@ -156,13 +157,13 @@ const struct bd_technique bd_technique_ssbc = {
               .indirect_lights = BD_LIGHTS_ALL},
     .inputs = BD_INPUT_FINAL_GATHER | BD_INPUT_SCREEN,
     .passes = passes,
-    .params_read = BD_READS_DIRECT | BD_READS(BD_PARAM_VPLS) | BD_READS(BD_PARAM_RAYS) |
-                   BD_READS(BD_PARAM_ALPHA) | BD_READS_LIGHT_PATHS | BD_READS(BD_PARAM_WALK_VPLS) |
-                   BD_READS(BD_PARAM_CLAMP) | BD_READS(BD_PARAM_RESIDUAL) |
-                   BD_READS(BD_PARAM_FAR_RAYS) | BD_READS(BD_PARAM_CACHE_CELLS) |
-                   BD_READS(BD_PARAM_PAPER_MODE) | BD_READS(BD_PARAM_SUB_FRAMES) |
-                   BD_READS(BD_PARAM_LIGHT_BLOCKS) | BD_READS(BD_PARAM_ITERATIONS) |
-                   BD_READS(BD_PARAM_RESIDUAL_LEVELS) | BD_READS(BD_PARAM_RESIDUAL_THRESHOLD) |
+    .params_read = BD_READS_DIRECT | BD_READS(BD_PARAM_VPLS) | BD_READS_VISIBILITY |
+                   BD_READS_LIGHT_PATHS | BD_READS(BD_PARAM_WALK_VPLS) | BD_READS(BD_PARAM_CLAMP) |
+                   BD_READS(BD_PARAM_RESIDUAL) | BD_READS(BD_PARAM_FAR_RAYS) |
+                   BD_READS(BD_PARAM_CACHE_CELLS) | BD_READS(BD_PARAM_PAPER_MODE) |
+                   BD_READS(BD_PARAM_SUB_FRAMES) | BD_READS(BD_PARAM_LIGHT_BLOCKS) |
+                   BD_READS(BD_PARAM_ITERATIONS) | BD_READS(BD_PARAM_RESIDUAL_LEVELS) |
+                   BD_READS(BD_PARAM_RESIDUAL_THRESHOLD) |
                    BD_READS(BD_PARAM_RESIDUAL_EDGE_THRESHOLD),
     .defaults = defaults,
     .default_count = sizeof defaults / sizeof *defaults,

@@ -29,7 +29,8 @@ enum bd_frame_input {
 #define BD_READS_LIGHT_PATHS BD_READS(BD_PARAM_INDIRECT_BOUNCES)
 #define BD_READS_VISIBILITY                                                                        \
     (BD_READS(BD_PARAM_INDIRECT_VISIBILITY) | BD_READS(BD_PARAM_RAYS) | BD_READS(BD_PARAM_ALPHA) | \
-     BD_READS(BD_PARAM_NOISE_FILTER))
+     BD_READS(BD_PARAM_NOISE_FILTER) | BD_READS(BD_PARAM_ISM_SIZE) |                               \
+     BD_READS(BD_PARAM_ISM_POINTS) | BD_READS(BD_PARAM_ISM_BIAS) | BD_READS(BD_PARAM_ISM_HOLES))
 // Their defaults, where rays may hide indirect light (the reference's are others).
 // clang-format off
 #define BD_DEFAULT_VISIBILITY                                                                      \
@@ -126,9 +127,10 @@ struct bd_technique_inputs {
     const struct bd_first_light *first_light; // likewise
     const struct bd_irradiance_cells *cells;  // of sub-frames that share: the first one's
     const struct bd_scene *snapshot;
-    const struct bd_occluders *occluders; // indirect_visibility=rays
-    struct bd_pool *pool;                 // for them
-    bool chosen;                          // there are fewer of them than VPLs
+    const struct bd_occluders *occluders; // indirect_visibility=rays, and a final gather's rays
+    const struct bd_imperfect_view *maps; // indirect_visibility=ism
+    struct bd_pool *pool;                 // for either
+    bool chosen;                          // there are fewer rays than VPLs
     bool filtered;                        // what they leave noisy
     float variance_part; // of its noise's, that filters go by (image/light_filter.h)
     uint64_t seed;                        // of what is chosen
@@ -159,7 +161,7 @@ typedef enum bd_err bd_light_fragments_fn(const struct bd_pass_context *context,
 // What must hold for a pass to run: all of its bits.
 enum bd_when {
     BD_WHEN_GLOSSY = 1u << 0,   // receivers have a specular lobe worth its price
-    BD_WHEN_RAYS = 1u << 1,     // indirect_visibility=rays
+    BD_WHEN_ASKED = 1u << 1,    // indirect_visibility is not none
     BD_WHEN_CHOSEN = 1u << 2,   // and fewer rays than VPLs
     BD_WHEN_FILTERED = 1u << 3, // and noise_filter=on
     BD_WHEN_FIRST = 1u << 4,    // sub-frames that share light take over what it made; always
@@ -221,12 +223,30 @@ static inline const char *bd_technique_light_pass(const struct bd_technique *tec
     return pass->name;
 }
 
-// Of indirect_visibility=rays.
+// Of rays that end where they hit something.
 static inline struct bd_visibility_inputs
 bd_technique_visibility(const struct bd_technique_inputs *inputs)
 {
-    return (struct bd_visibility_inputs){inputs->occluders, inputs->pool,
-                                         (enum bd_rays_alpha)inputs->params->alpha_coverage};
+    return (struct bd_visibility_inputs){.occluders = inputs->occluders,
+                                         .pool = inputs->pool,
+                                         .alpha =
+                                             (enum bd_rays_alpha)inputs->params->alpha_coverage};
+}
+
+// Of VPLs, whatever hides them.
+static inline struct bd_visibility_inputs
+bd_technique_vpl_visibility(const struct bd_technique_inputs *inputs)
+{
+    struct bd_visibility_inputs visibility = bd_technique_visibility(inputs);
+    visibility.maps = inputs->maps;
+    visibility.nothing_hides = inputs->params->indirect_visibility == BD_VISIBILITY_NONE;
+    return visibility;
+}
+
+// Whether anything is asked at all.
+static inline bool bd_technique_asks(const struct bd_technique_inputs *inputs)
+{
+    return inputs->occluders || inputs->maps;
 }
 
 // For those that light every pixel from the lists.

@@ -7,12 +7,12 @@ static enum bd_err light(const struct bd_pass_context *context,
                          const struct bd_technique_inputs *inputs, struct bd_gather_inputs *gather,
                          struct bd_indirect **out, struct bd_err_detail *detail)
 {
-    const struct bd_visibility_inputs visibility = bd_technique_visibility(inputs);
+    const struct bd_visibility_inputs visibility = bd_technique_vpl_visibility(inputs);
     const struct bd_gather_chosen_inputs chosen = {gather, inputs->vpls_in_order,
                                                    inputs->params->rays, inputs->seed};
     const struct bd_smoothing smoothing = {bd_filter_levels_of_chosen(chosen.rays),
                                            inputs->variance_part, false};
-    if (inputs->occluders) gather->visibility = &visibility;
+    if (bd_technique_asks(inputs)) gather->visibility = &visibility;
     if (!inputs->chosen) return bd_gather_run(context, gather, out, detail);
     enum bd_err err = bd_gather_chosen_run(context, &chosen, out, detail);
     if (err || !inputs->filtered) return err;
