@@ -50,6 +50,18 @@ static void count_clusters(struct bd_frame *frame)
     frame->report->counts.vpls += bd_plan_light_path_count(frame->plan);
 }
 
+// How many virtual lights there are shows when they have been made.
+static void flag_shared_maps(const struct bd_frame *frame)
+{
+    const struct bd_imperfect_shadows *shadows = frame->imperfect_shadows;
+    if (!shadows || shadows->count == 0) return;
+    if (shadows->side_px < frame->plan->params.ism_size)
+        bd_report_flag(frame->report, "ism_size_reduced: %u texels a side", shadows->side_px);
+    if (shadows->lists[0].vpls_each > 1)
+        bd_report_flag(frame->report, "ism_shared: by %u neighbours each",
+                       shadows->lists[0].vpls_each);
+}
+
 static enum bd_err run_light_side(struct bd_frame *frame)
 {
     frame->is_camera_side = false;
@@ -70,7 +82,9 @@ static enum bd_err run_light_side(struct bd_frame *frame)
     enum bd_err err = bd_stage_run(frame, BD_STAGE_LIGHT_PATHS, NULL);
     if (err) return err;
     if (bd_plan_has(frame->plan, BD_STAGE_VPL_CLUSTERS)) count_clusters(frame);
-    return bd_stage_run(frame, BD_STAGE_VPL_ORDER, NULL);
+    if (!err) err = bd_stage_run(frame, BD_STAGE_VPL_ORDER, NULL);
+    if (!err) err = bd_stage_run(frame, BD_STAGE_SHADOW_POINTS, NULL);
+    return err ? err : bd_stage_run(frame, BD_STAGE_IMPERFECT_SHADOWS, NULL);
 }
 
 // --- layers ---------------------------------------------------------------------------------
@@ -495,6 +509,7 @@ static enum bd_err run_frame(struct bd_frame *frame, struct bd_image *layers[BD_
     enum bd_err err = bd_stage_upload(frame);
     frame->subject = bd_subject_of(frame->snapshot, frame->plan, frame->request);
     if (!err) err = run_light_side(frame);
+    if (!err) flag_shared_maps(frame);
     if (!err) err = create_layers(frame, textures);
     if (!err) err = run_camera_side(frame, textures);
     if (!err) err = read_layers(frame, textures, layers);

@@ -297,7 +297,6 @@ static struct bd_model model_of(const struct bd_plan *plan)
     if (plan->technique->is_reference) {
         model.lights = plan->params.lights;
         model.indirect_lights = plan->params.indirect_lights;
-        model.indirect_visibility = plan->params.indirect_visibility;
         model.transmission = plan->params.transmission;
         model.coverage = plan->params.alpha_coverage;
     }
@@ -306,7 +305,8 @@ static struct bd_model model_of(const struct bd_plan *plan)
     if (!plan->technique->is_reference && plan->params.light_rays == 0)
         model.lights &= BD_LIGHTS_PUNCTUAL;
     model.indirect_lights &= model.lights;
-    model.indirect_visibility |= plan->rays;
+    if (bd_plan_reads(plan, BD_PARAM_INDIRECT_VISIBILITY))
+        model.indirect_visibility = plan->params.indirect_visibility != BD_VISIBILITY_NONE;
     return model;
 }
 
@@ -395,10 +395,10 @@ static void describe_request(const struct bd_plan *plan, const struct bd_scene *
     report->counts.triangles = scene->features.triangle_count;
 }
 
-static bool asks_rays(const struct bd_plan *plan)
+static bool asks(const struct bd_plan *plan, enum bd_visibility whom)
 {
     return bd_plan_reads(plan, BD_PARAM_INDIRECT_VISIBILITY) &&
-           plan->params.indirect_visibility == BD_VISIBILITY_RAYS;
+           plan->params.indirect_visibility == whom;
 }
 
 // --- the plan -------------------------------------------------------------------------------
@@ -480,8 +480,10 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
                  (out->short_rays || !(out->technique->inputs & BD_INPUT_SCREEN)) &&
                  out->params.far_rays >= BD_FAR_RAYS_FOR_ROUGH;
     out->flux_lm = total_flux_lm(out, scene);
-    out->rays = out->indirect && (out->final_gather || asks_rays(out));
-    out->chosen = out->final_gather || (out->rays && out->params.rays < count_vpls(out, scene) &&
+    out->rays = out->indirect && (out->final_gather || asks(out, BD_VISIBILITY_RAYS));
+    out->imperfect = out->indirect && asks(out, BD_VISIBILITY_ISM);
+    const bool asked = out->rays || out->imperfect;
+    out->chosen = out->final_gather || (asked && out->params.rays < count_vpls(out, scene) &&
                                         out->params.rays <= BD_RAYS_CHOSEN_MAX);
     out->filtered = out->chosen && out->params.noise_filter && out->params.rays > 1;
     const bool may_share =

@@ -35,8 +35,9 @@ struct bd_plan {
     bool short_rays;      // bring what a clamp takes off
     uint32_t bounces;     // of indirect light
     bool indirect;        // the technique's indirect light runs
-    bool rays;            // hide indirect light
-    bool chosen;          // of some VPLs alone, since there are more of them than rays
+    bool rays;            // hide indirect light, or a final gather's
+    bool imperfect;       // shadow maps of VPLs hide it
+    bool chosen;          // some VPLs alone are asked, since there are more of them than rays
     bool filtered;        // what few rays leave noisy
     bool in_rounds;       // something is decided by chance: drawn anew by each round (sub_frames.h)
     // Something is decided by chance, and every pixel knows how far off that is. Leaves the layers

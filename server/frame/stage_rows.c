@@ -102,6 +102,11 @@ static bool has_order(const struct bd_plan *plan)
     return plan->chosen && !takes(plan, BD_INPUT_VPL_TREE | BD_INPUT_FINAL_GATHER);
 }
 
+static bool has_imperfect_shadows(const struct bd_plan *plan)
+{
+    return plan->imperfect;
+}
+
 static bool has_fragments(const struct bd_plan *plan)
 {
     return plan->indirect && takes(plan, BD_INPUT_FRAGMENTS);
@@ -116,6 +121,7 @@ static const char *no_light(const struct bd_plan *plan)
 static const char *no_rays(const struct bd_plan *plan)
 {
     if (!bd_plan_reads(plan, BD_PARAM_INDIRECT_VISIBILITY) || is_reference(plan)) return NULL;
+    if (plan->imperfect) return "indirect_visibility=ism";
     return is_indirect(plan) ? "indirect_visibility=none" : "no light to reflect";
 }
 
@@ -166,8 +172,8 @@ static const char *no_tree(const struct bd_plan *plan)
 
 static const char *no_order(const struct bd_plan *plan)
 {
-    if (!plan->rays) return no_rays(plan);
-    return plan->chosen ? NULL : "a ray to every VPL";
+    if (!plan->rays && !plan->imperfect) return no_rays(plan);
+    return plan->chosen ? NULL : "every VPL is asked";
 }
 
 static const char *no_fragments(const struct bd_plan *plan)
@@ -251,6 +257,8 @@ OUTPUT(rsm, rsm)
 OUTPUT(vpls, vpl_list)
 OUTPUT(order, vpl_list)
 OUTPUT(tree, vpl_tree)
+OUTPUT(shadow_points, shadow_points)
+OUTPUT(imperfect_shadows, imperfect_shadows)
 OUTPUT(light_paths, light_paths)
 OUTPUT(gbuffer, gbuffer)
 OUTPUT(direct, direct)
@@ -455,6 +463,22 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
             .from = STAGE(VPL_GRID) | STAGE(VPL_CLUSTERS) | STAGE(LIGHT_PATHS),
             KEEPS(order, frame, order, bd_run_vpl_order),
         },
+    [BD_STAGE_SHADOW_POINTS] =
+        {
+            .pass = "shadow_points",
+            .is_needed = has_imperfect_shadows,
+            .reads = READS_PLACES,
+            .params = PARAM(ISM_POINTS) | PARAM(ALPHA) | PARAM(EXECUTOR),
+            KEEPS(shadow_points, frame, shadow_points, bd_run_shadow_points),
+        },
+    [BD_STAGE_IMPERFECT_SHADOWS] =
+        {
+            .pass = "imperfect_shadows",
+            .is_needed = has_imperfect_shadows,
+            .from = STAGES_OF_VPLS | STAGE(SHADOW_POINTS),
+            .params = PARAM(ISM_SIZE) | PARAM(EXECUTOR),
+            KEEPS(imperfect_shadows, frame, imperfect_shadows, bd_run_imperfect_shadows),
+        },
     [BD_STAGE_DISCONTINUITY] =
         {
             .pass = "discontinuity",
@@ -491,7 +515,7 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
             .is_needed = is_indirect,
             .why_not = no_indirect,
             .from = STAGE(SEEN) | STAGES_OF_VPLS | STAGE(FRAGMENTS) | STAGE(SURFACES) |
-                    STAGE(RAYS) | STAGES_OF_SCREEN,
+                    STAGE(RAYS) | STAGE(IMPERFECT_SHADOWS) | STAGES_OF_SCREEN,
             .reads = BD_READ_SEED,
             .glossy = READS_BRDF,
             .reads_all_params = true,
@@ -521,9 +545,10 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
 static uint32_t what_holds(const struct bd_plan *plan)
 {
     return (plan->glossy ? BD_WHEN_GLOSSY : 0) | (plan->rough ? BD_WHEN_ROUGH : 0) |
-           (plan->rays ? BD_WHEN_RAYS : 0) | (plan->chosen ? BD_WHEN_CHOSEN : 0) |
-           (plan->filtered ? BD_WHEN_FILTERED : 0) | (plan->from_screen ? BD_WHEN_SCREEN : 0) |
-           (plan->short_rays ? BD_WHEN_SHORT : 0) | BD_WHEN_FIRST;
+           (plan->rays || plan->imperfect ? BD_WHEN_ASKED : 0) |
+           (plan->chosen ? BD_WHEN_CHOSEN : 0) | (plan->filtered ? BD_WHEN_FILTERED : 0) |
+           (plan->from_screen ? BD_WHEN_SCREEN : 0) | (plan->short_rays ? BD_WHEN_SHORT : 0) |
+           BD_WHEN_FIRST;
 }
 
 uint32_t bd_stage_passes(const struct bd_plan *plan, enum bd_stage stage,

@@ -16,6 +16,7 @@
 #include "pass/first_light.h"
 #include "pass/fragments.h"
 #include "pass/gather.h"
+#include "pass/imperfect_shadows.h"
 #include "pass/light_paths.h"
 #include "pass/rsm.h"
 #include "pass/shadow_map.h"
@@ -64,6 +65,8 @@ struct bd_frame {
     struct bd_punctual_tree *lamps;     // that have no maps
     struct bd_light_paths *light_paths; // from them
     struct bd_vpl_list *order;          // the VPLs of all lights
+    struct bd_shadow_points *shadow_points;
+    struct bd_imperfect_shadows *imperfect_shadows; // of VPLs that are gathered
     uint64_t rests_on; // the key of what the stage that runs makes its output of; 0: of nothing
     struct bd_subject subject; // its viewpoint: of the current sub-frame
 
@@ -110,6 +113,8 @@ struct bd_light_uniform *bd_stage_punctuals(const struct bd_frame *frame);
 // paths, which come last.
 uint32_t bd_stage_lists(const struct bd_frame *frame, const struct bd_vpl_list **lists);
 uint32_t bd_stage_lists_most(const struct bd_frame *frame);
+// Those of them that pixels gather from, or the one that they choose from.
+uint32_t bd_stage_gathered_lists(const struct bd_frame *frame, const struct bd_vpl_list **lists);
 // Trees over them, where the technique has any.
 void bd_stage_trees(const struct bd_frame *frame, const struct bd_vpl_tree **trees);
 

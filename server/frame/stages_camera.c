@@ -88,8 +88,11 @@ struct bd_visibility_inputs bd_stage_light_visibility(const struct bd_frame *fra
 {
     const struct bd_plan *plan = frame->plan;
     const bool by_coverage = bd_plan_reads(plan, BD_PARAM_ALPHA) && plan->params.alpha_coverage;
-    return (struct bd_visibility_inputs){frame->occluders, bd_renderer_pool(frame->renderer),
-                                         by_coverage ? BD_RAYS_ALPHA_COVERAGE : BD_RAYS_ALPHA_MASK};
+    return (struct bd_visibility_inputs){
+        .occluders = frame->occluders,
+        .pool = bd_renderer_pool(frame->renderer),
+        .alpha = by_coverage ? BD_RAYS_ALPHA_COVERAGE : BD_RAYS_ALPHA_MASK,
+    };
 }
 
 enum bd_err bd_run_area_light(struct bd_frame *frame, struct bd_frame_light *light)
@@ -167,10 +170,19 @@ static enum bd_err with_inputs(struct bd_frame *frame,
 {
     const uint32_t most = bd_stage_lists_most(frame);
     const struct bd_vpl_list **lists = calloc(most, sizeof *lists);
+    const struct bd_vpl_list **gathered = calloc(most, sizeof *gathered);
     const struct bd_vpl_tree **trees = calloc(most, sizeof *trees);
-    BD_ASSERT(lists && trees);
+    BD_ASSERT(lists && gathered && trees);
     const uint32_t count = bd_stage_lists(frame, lists);
+    bd_stage_gathered_lists(frame, gathered);
     bd_stage_trees(frame, trees);
+    const struct bd_imperfect_view maps = {
+        .shadows = frame->imperfect_shadows,
+        .points = frame->shadow_points,
+        .lists = gathered,
+        .bias = (float)frame->plan->params.ism_bias,
+        .filled = frame->plan->params.ism_holes,
+    };
     struct bd_light_uniform *punctuals =
         frame->plan->final_gather ? bd_stage_punctuals(frame) : NULL;
     const struct bd_first_light first_light = {
@@ -192,6 +204,7 @@ static enum bd_err with_inputs(struct bd_frame *frame,
         .first_light = &first_light,
         .snapshot = frame->snapshot,
         .occluders = frame->plan->rays ? frame->occluders : NULL,
+        .maps = maps.shadows ? &maps : NULL,
         .pool = frame->renderer->pool,
         .chosen = frame->plan->chosen,
         .filtered = frame->plan->filtered,
@@ -206,6 +219,7 @@ static enum bd_err with_inputs(struct bd_frame *frame,
     enum bd_err err = run(frame, &inputs);
     free(punctuals);
     free(lists);
+    free(gathered);
     free(trees);
     return err;
 }

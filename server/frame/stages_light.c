@@ -249,3 +249,43 @@ enum bd_err bd_run_vpl_order(struct bd_frame *frame, struct bd_frame_light *ligh
     free(lists);
     return err;
 }
+
+// --- what hides them --------------------------------------------------------------------------
+
+uint32_t bd_stage_gathered_lists(const struct bd_frame *frame, const struct bd_vpl_list **lists)
+{
+    const struct bd_light_paths *paths = frame->light_paths;
+    if (frame->plan->final_gather)
+        lists[0] = paths->clamped ? paths->clamped : paths->first;
+    else if (frame->order)
+        lists[0] = frame->order;
+    else
+        return bd_stage_lists(frame, lists);
+    return 1;
+}
+
+enum bd_err bd_run_shadow_points(struct bd_frame *frame, struct bd_frame_light *light)
+{
+    (void)light;
+    const struct bd_params *params = &frame->plan->params;
+    return bd_shadow_points_run(&frame->context, frame->snapshot, params->ism_points,
+                                (enum bd_rays_alpha)params->alpha_coverage, &frame->shadow_points,
+                                frame->detail);
+}
+
+enum bd_err bd_run_imperfect_shadows(struct bd_frame *frame, struct bd_frame_light *light)
+{
+    (void)light;
+    const struct bd_vpl_list **lists = calloc(bd_stage_lists_most(frame), sizeof *lists);
+    BD_ASSERT(lists);
+    const struct bd_imperfect_shadows_inputs inputs = {
+        .points = frame->shadow_points,
+        .lists = lists,
+        .list_count = bd_stage_gathered_lists(frame, lists),
+        .side_px = frame->plan->params.ism_size,
+    };
+    enum bd_err err = bd_imperfect_shadows_run(&frame->context, &inputs, &frame->imperfect_shadows,
+                                               frame->detail);
+    free(lists);
+    return err;
+}

@@ -85,11 +85,13 @@ static enum bd_err reference_params(const struct bd_checked *checked,
     char text[BD_PARAM_KEY_MAX + BD_PARAM_VALUE_MAX] = "model_of=";
     out->count = 0;
     if (!err && model_of) err = bd_param_list_add(out, strcat(text, model_of->name), detail);
-    // What a model leaves out by default may be asked for.
+    // What a model leaves out by default may be asked for, and the other way round.
     const bool is_own = model_of == checked->technique;
+    const bool is_asked = params.indirect_visibility != BD_VISIBILITY_NONE;
     if (!err && is_own && model_of->params_read & BD_READS(BD_PARAM_INDIRECT_VISIBILITY) &&
-        params.indirect_visibility == BD_VISIBILITY_RAYS)
-        err = bd_param_list_add(out, "indirect_visibility=rays", detail);
+        model_of->model.indirect_visibility != is_asked)
+        err = bd_param_list_add(
+            out, is_asked ? "indirect_visibility=rays" : "indirect_visibility=none", detail);
     if (!err && params.lambert) err = bd_param_list_add(out, "brdf=lambert", detail);
     if (!err && request->aa > 1) err = bd_param_list_add(out, "filter=box", detail);
     return err;
