@@ -1,4 +1,5 @@
-// Indirect light that the scene hides: rays to all VPLs, and to a few of them.
+// Indirect light that the scene hides: rays to all VPLs, and to a few of them; imperfect shadow
+// maps of all of them.
 
 #include <math.h>
 #include <setjmp.h>
@@ -183,6 +184,20 @@ static bool is_as_good_as_same(const struct way *way, bool glossy, const struct 
     return relative_rmse(indirect_of(a), indirect_of(b)) < 1e-6;
 }
 
+// Maps take the planes of walls for what they are, however coarse.
+static void check_maps_of_box(struct world *w, const struct way *way, size_t place, bool glossy,
+                              const struct picture *none)
+{
+    struct picture maps =
+        render_by(w, way, "indirect_visibility=ism rays=1000000 ism_points=500", 0, 1);
+    if (!is_as_good_as_same(way, glossy, &maps, none))
+        fail_msg("%s, place %zu: maps hide something of a box", way->technique, place);
+    assert_true(maps.report.counts.rays == 0 && !maps.report.unoccluded);
+    assert_false(has_run(&maps, "bvh"));
+    assert_true(has_run(&maps, "shadow_points") && has_run(&maps, "imperfect_shadows"));
+    finish(&maps);
+}
+
 static void check_box(struct world *w, const struct way *way, size_t place, bool glossy)
 {
     make_box(w, places[place].size, places[place].at, THINGS_NONE, glossy);
@@ -196,6 +211,7 @@ static void check_box(struct world *w, const struct way *way, size_t place, bool
     assert_true(!has_run(&none, "bvh") && has_run(&rays, "bvh"));
     assert_true(has_run(&rays, "choose") && has_run(&rays, "visibility"));
     assert_false(has_run(&rays, "weigh") || has_run(&rays, "vpl_order"));
+    check_maps_of_box(w, way, place, glossy, &none);
     finish(&none), finish(&rays);
 }
 
@@ -221,7 +237,11 @@ static void a_curved_wall_hides_nothing_of_itself(void **state)
         struct picture none = render_by(w, &ways[i], "indirect_visibility=none", 0, 1);
         struct picture rays = render_by(w, &ways[i], "indirect_visibility=rays rays=1000000", 0, 1);
         if (!is_as_good_as_same(&ways[i], false, &rays, &none)) fail_msg("%s", ways[i].technique);
-        finish(&none), finish(&rays);
+        struct picture maps = render_by(w, &ways[i], "indirect_visibility=ism rays=1000000", 0, 1);
+        printf("    %s: maps hide %.3g %%\n", ways[i].technique,
+               100 * relative_rmse(indirect_of(&maps), indirect_of(&none)));
+        assert_true(relative_rmse(indirect_of(&maps), indirect_of(&none)) < 1e-2);
+        finish(&none), finish(&rays), finish(&maps);
     }
 }
 
@@ -418,6 +438,7 @@ static void the_same_bytes_twice(void **state)
     for (size_t i = 0; i < WAY_COUNT; i++) {
         check_bytes(*state, &ways[i], "indirect_visibility=rays rays=1000000", true);
         check_bytes(*state, &ways[i], "indirect_visibility=rays rays=5", false);
+        check_bytes(*state, &ways[i], "indirect_visibility=ism rays=1000000 ism_size=16", true);
     }
 }
 
