@@ -71,7 +71,7 @@ enum bd_err bd_cli_check_common(const struct bd_cli_common *common, struct bd_er
 
 static enum bd_err unknown_flag(const char *text, uint32_t length, struct bd_err_detail *detail)
 {
-    char known[900] = "";
+    char known[1100] = "";
     for (int f = 0; f < BD_FLAG_COUNT; f++) {
         size_t used = strlen(known);
         snprintf(known + used, sizeof known - used, ", %s", bd_flag_name((enum bd_flag)f));

@@ -414,6 +414,40 @@ static void a_wall_hides_light(void **state)
     finish(&none), finish(&all);
 }
 
+static bool is_flagged(const struct picture *p, const char *flag)
+{
+    for (uint32_t f = 0; f < p->report.flag_count; f++)
+        if (strncmp(p->report.flags[f], flag, strlen(flag)) == 0) return true;
+    return false;
+}
+
+// With a map for each virtual light, and with one for several.
+static void maps_hide_nearly_what_rays_do(void **state)
+{
+    struct world *w = *state;
+    static const char *const vpls[] = {"vpls=150", "vpls=16384 vpl_budget=32768"};
+    make_box(w, 1, 0, THINGS_WALL, false);
+    for (size_t i = 0; i < WAY_COUNT; i++)
+        for (int many = 0; many < 2; many++) {
+            char rays[200], maps[200], none[200];
+            snprintf(rays, sizeof rays, "%s indirect_visibility=rays rays=64 noise_filter=off",
+                     vpls[many]);
+            snprintf(maps, sizeof maps, "%s indirect_visibility=ism rays=64 noise_filter=off",
+                     vpls[many]);
+            snprintf(none, sizeof none, "%s indirect_visibility=none", vpls[many]);
+            struct picture asked = render_by(w, &ways[i], rays, 0, 1);
+            struct picture seen = render_by(w, &ways[i], maps, 0, 1);
+            struct picture open = render_by(w, &ways[i], none, 0, 1);
+            const double off = relative_rmse(indirect_of(&seen), indirect_of(&asked));
+            const double before = relative_rmse(indirect_of(&open), indirect_of(&asked));
+            printf("    %s %s: %.3g %% off, %.3g without\n", ways[i].technique, vpls[many],
+                   100 * off, 100 * before);
+            assert_true(off < 0.05 && off < before / 3);
+            assert_int_equal(is_flagged(&seen, "ism_shared"), many);
+            finish(&asked), finish(&seen), finish(&open);
+        }
+}
+
 static void check_bytes(struct world *w, const struct way *way, const char *settings, bool all)
 {
     make_box(w, 1, 0, THINGS_WALL, !all);
@@ -508,6 +542,7 @@ int main(void)
         cmocka_unit_test(a_curved_wall_hides_nothing_of_itself),
         cmocka_unit_test(a_closed_room_is_black),
         cmocka_unit_test(a_wall_hides_light),
+        cmocka_unit_test(maps_hide_nearly_what_rays_do),
         cmocka_unit_test(few_rays_are_right_in_the_mean),
         cmocka_unit_test(a_node_is_seen_by_its_leaves),
         cmocka_unit_test(noise_is_filtered),

@@ -26,6 +26,7 @@ def states(frame):
     ("hisr", {"vpls": 1024}), ("isr", {}), ("multires_splat", {}), ("rsm", {}),
     ("rsm", {"indirect_visibility": "rays", "rays": 9, "indirect_bounces": 3}),
     ("multires_gather", {"indirect_visibility": "rays", "rays": 9}), ("hisr", {"vpls": 1024, "indirect_visibility": "rays", "rays": 9}),
+    ("rsm", {"indirect_visibility": "ism", "rays": 9, "ism_points": 500}), ("ssbc", {"indirect_visibility": "ism", "ism_size": 16, "vpls": 128}),
     ("direct", {"drawing": "rays"}), ("multires_gather", {"drawing": "rays"}),
     ("many_light", {"vpls": 256, "walk_vpls": 256, "cache_cells": 256}),
     ("multires_gather", {"lamps": "rays", "light_rays": 2}), ("hisr", {"lamps": "rays", "indirect_bounces": 2, "vpls": 1024})])

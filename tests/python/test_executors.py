@@ -98,8 +98,9 @@ def test_cuts_of_trees(scene, asked):
 
 
 @pytest.mark.parametrize("asked", [{"rays": 6}, {"rays": 6, "noise_filter": "off"}, {"rays": 17, "vpls": 4000, "vpl_kernel": "disk"},
-                                   {"vpls": 64, "rays": 64}],
-                         ids=["few", "noisy", "many", "all"])
+                                   {"vpls": 64, "rays": 64}, {"vpls": 64, "rays": 64, "indirect_visibility": "ism"},
+                                   {"rays": 6, "indirect_visibility": "ism", "ism_holes": "open", "ism_size": 16, "ism_points": 700}],
+                         ids=["few", "noisy", "many", "all", "maps", "few of coarse maps"])
 @pytest.mark.parametrize("technique", ("rsm", "multires_gather", "isr"))
 def test_rays(scene, technique, asked):
     """The same virtual lights are asked about: noise is the same, too."""

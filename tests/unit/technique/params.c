@@ -99,7 +99,8 @@ static void what_makes_no_sense_is_refused_by_name(void **state)
         "bounces=65", "bounces=-1", "bounces=1.5", "bounces=infinity", "bounces=-inf",
         "bounces=nan", "clamp=-1", "clamp=nan", "clamp=", "lights=sun", "lights=",
         "lights=punctual+", "lights=punctual,emissive", "filter=gauss", "alpha=blend",
-        "indirect_visibility=1", "model_of=radiosity", "model_of=", "vpls=4", "samples=4",
+        "indirect_visibility=1", "indirect_visibility=ism", "model_of=radiosity",
+        "model_of=", "vpls=4", "samples=4",
     };
     for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++) {
         struct bd_params params;
