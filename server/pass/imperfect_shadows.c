@@ -84,7 +84,7 @@ static struct bd_shadow_centre centre_of(const struct bd_vec4 *vpl, const struct
     const f3 end =
         end_of_segment(f3_from(vpl), f3_from(quad), f3_from(quad + 1), vpl[2].w, quad[1].w);
     const f3 place = f3_add(end, f3_scale(normal, lift_of_segment(0, end, end)));
-    return (struct bd_shadow_centre){{place.x, place.y, place.z, f_of_bits(first)},
+    return (struct bd_shadow_centre){{place.x, place.y, place.z, (float)first},
                                      {normal.x, normal.y, normal.z, 1},
                                      {across.x, across.y, across.z, 0}};
 }
@@ -149,7 +149,7 @@ static void draw_map(void *user, uint32_t map)
     const size_t texels = (size_t)s->side_px * s->side_px;
     const struct bd_native_shadow shadow = {
         .centre = centre,
-        .points = d->points->points + f_bits(centre->place_first.w),
+        .points = d->points->points + u_of(centre->place_first.w),
         .count = s->per_set,
         .side_px = s->side_px,
     };
@@ -285,19 +285,19 @@ static int say(const struct bd_imperfect_view *view, const struct bd_shadow_cent
 {
     const uint32_t key = map[v * view->shadows->side_px + u];
     if (key == NO_DISK) return -1;
-    const size_t at = f_bits(centre->place_first.w) + (key & DISKS_MOST);
+    const size_t at = u_of(centre->place_first.w) + (key & DISKS_MOST);
     const struct bd_shadow_point *point = &view->points->points[at];
     return hides(f3_sub(f3_from(&point->place), f3_from(&centre->place_first)),
                  f3_from(&point->normal_radius2), point->normal_radius2.w, to, normal, view->bias);
 }
 
-// What most of those around say.
+// What most of the four beside it say.
 static int say_around(const struct bd_imperfect_view *view, const struct bd_shadow_centre *centre,
                       const uint32_t *map, uint32_t u, uint32_t v, f3 to, f3 normal)
 {
     const uint32_t side = view->shadows->side_px;
     int hidden = 0, asked = 0;
-    for (uint32_t i = 0; i < 9; i++) {
+    for (uint32_t i = 1; i < 9; i += 2) {
         const uint32_t at_u = u + i % 3 - 1, at_v = v + i / 3 - 1;
         if (at_u >= side || at_v >= side) continue;
         const int said = say(view, centre, map, at_u, at_v, to, normal);

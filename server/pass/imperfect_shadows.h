@@ -23,7 +23,7 @@ struct bd_pool;
 #define BD_SHADOW_MAPS_MAX       4096u
 #define BD_SHADOW_MAP_SIDE_MIN   8u
 #define BD_SHADOW_MAP_SIDE_MAX   256u
-#define BD_SHADOW_MAPS_BYTES_MAX ((size_t)64 << 20)
+#define BD_SHADOW_MAPS_BYTES_MAX ((size_t)128 << 20)
 
 // Side of a map of so many that all of them fit: `side` or half of it, or less.
 uint32_t bd_shadow_map_side_of(uint32_t side, uint32_t map_count);

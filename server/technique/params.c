@@ -200,7 +200,7 @@ static const struct param_row table[BD_PARAM_COUNT] = {
     REAL(ISM_BIAS, "ism_bias", ism_bias, 0, 10, 0.1,
          "how steep a surface may fall off beside a point and not hide itself"),
     CHOICE(ISM_HOLES, "ism_holes", ism_holes, 1,
-           "where no point lies nothing hides, or what texels around say", "open", "filled"),
+           "where no point lies nothing hides, or what texels beside it say", "open", "filled"),
 };
 
 // Other words for choices. They are read, and never written.

@@ -7,8 +7,8 @@
 // A point of a surface: xyz of its place, nothing; xyz of the normal, the square of the radius of
 // the disk that it stands for, 0 where there is none.
 #define BD_SHADOW_POINT_VEC4S 2
-// Whence a map looks: xyz of the place, bits of the first of its points; xyz of the normal, 1 where
-// there is a light; xyz across it, nothing.
+// Whence a map looks: xyz of the place, the number of the first of its points; xyz of the normal, 1
+// where there is a light; xyz across it, nothing.
 #define BD_SHADOW_CENTRE_VEC4S 3
 
 struct bd_imperfect_args {

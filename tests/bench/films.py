@@ -1,11 +1,12 @@
 """Films of what a view shows while something moves: `many_light` beside `hisr`, whose light is steady (temporal.py).
 
 usage: films.py BUILD_DIR SCENES_DIR -o RESULT.json [--scenes NAME,NAME] [--frames N] [--size WxH] [--strip FILE.png]
+                [--by TECHNIQUE,TECHNIQUE] [--moving light,object]
 
 A light, and a root node with a mesh, go a thousandth of the scene's diagonal from frame to frame, each in a film of its own.
 J (temporal.py) of the indirect layer: how much a picture changes from frame to frame beyond what is true, over the mean;
-`hisr` against the reference of its own model, `many_light` against the whole equation, at the cheapest rung, which views have
-of what moves, at the next one, and at sixteen rays. Two references of other seeds, the same in every frame, are the halves.
+`hisr` against the reference of its own model, `many_light`, or who else is named, against the whole equation, at the cheapest
+rung, which views have of what moves, at the next one, and at the fourth. Two references of other seeds, the same in every frame, are the halves.
 """
 import pathlib
 import sys
@@ -86,15 +87,16 @@ class Film:
         return numpy.concatenate([numpy.concatenate(column) for column in self.columns[:: max(1, len(self.columns) // 6)]], axis=1)
 
 
-def film_of(stage, glb, moving, frames, ladder):
+def film_of(stage, glb, moving, frames, ladders):
     film = Film()
     for number in range(frames):
         stage.show(scene_at(glb, moving, number, frames))
         truths = {of: [stage.indirect("reference", {"spp": TRUTH_SPP, **settings}, seed) for seed in TRUTH_SEEDS]
                   for of, settings in TRUTHS.items()}
         pictures = {"hisr": ("hisr", stage.indirect("hisr", {}))}
-        for rung in RUNGS:
-            pictures[f"many_light, rung {rung}"] = ("full", stage.indirect("many_light", ladder[rung]))
+        for technique, ladder in ladders.items():
+            for rung in RUNGS:
+                pictures[f"{technique}, rung {rung}"] = ("full", stage.indirect(technique, ladder[rung]))
         film.add(truths, pictures)
     return film
 
@@ -114,22 +116,24 @@ def main(words=None):
     made.add_argument("--frames", type=by_hand.count, default=FRAMES)
     made.add_argument("--size", type=lambda text: tuple(int(side) for side in text.split("x")), default=SIZE)
     made.add_argument("--strip", type=pathlib.Path)
+    made.add_argument("--by", type=lambda text: text.split(","), default=["many_light"])
+    made.add_argument("--moving", type=lambda text: text.split(","), default=list(MOVING))
     options = by_hand.parse(made, words, names=SCENES)
     rows, strips = [], []
     with live.package(options.build).private() as daemon:
-        ladder = next(one["ladder"] for one in daemon.techniques() if one["name"] == "many_light")
-        ladder = [dict(word.split("=") for word in rung.split()) for rung in ladder]
+        ladders = {one["name"]: [dict(word.split("=") for word in rung.split()) for rung in one["ladder"]]
+                   for one in daemon.techniques() if one["name"] in options.by}
         stage = Stage(daemon, options.size, options.output.resolve().parent)
         for name in options.names:
-            for moving in MOVING:
-                film = film_of(stage, paths.load(options.scenes / f"{name}.glb"), moving, options.frames, ladder)
+            for moving in options.moving:
+                film = film_of(stage, paths.load(options.scenes / f"{name}.glb"), moving, options.frames, ladders)
                 rows += [{"scene": name, "moving": moving, **row} for row in film.rows()]
                 strips.append(film.strip())
                 for row in rows[-len(film.motion):]:
                     by_hand.say(row)
     stage.file.unlink(missing_ok=True)
     size = "x".join(map(str, options.size))
-    command = f"films.py BUILD SCENES -o RESULT --size {size} --frames {options.frames} --scenes {','.join(options.names)}"
+    command = f"films.py BUILD SCENES -o RESULT --size {size} --frames {options.frames} --scenes {','.join(options.names)} --by {','.join(options.by)} --moving {','.join(options.moving)}"
     by_hand.write({"command": command, "machine": live.machine(options.build), "rows": rows}, options.output)
     if options.strip:
         save(strips, options.strip)

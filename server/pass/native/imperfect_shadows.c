@@ -74,7 +74,8 @@ static void look(const struct disks *restrict disks, float side, float near_most
         const float distance = distance_to_disk(f3_at(&disks->to, i), f3_at(&disks->normal, i),
                                                 disks->radius2[i], way);
         step->key[i] = key_of_disk(counts * distance, disks->number[i]);
-        step->texel[i] = f_bits(inside * (v * side + u) + WHOLE) - f_bits(WHOLE);
+        const uint texel = f_bits(v * side + u + WHOLE) - f_bits(WHOLE);
+        step->texel[i] = u_select(is_in, texel, 0);
     }
 }
 

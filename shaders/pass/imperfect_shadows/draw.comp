@@ -31,7 +31,7 @@ void main()
     if (disk >= args.points) return;
     vec4 from = centres[map * BD_SHADOW_CENTRE_VEC4S], there = centres[map * BD_SHADOW_CENTRE_VEC4S + 1u];
     vec3 across = centres[map * BD_SHADOW_CENTRE_VEC4S + 2u].xyz, along = cross(there.xyz, across);
-    uint point = floatBitsToUint(from.w) + disk;
+    uint point = uint(from.w) + disk;
     vec4 place = points[point * BD_SHADOW_POINT_VEC4S], normal = points[point * BD_SHADOW_POINT_VEC4S + 1u];
     vec3 to = in_axes(place.xyz - from.xyz, across, along, there.xyz);
     if (!(to.z > 0.0 && normal.w > 0.0 && there.w > 0.0)) return;

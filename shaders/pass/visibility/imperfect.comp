@@ -21,17 +21,17 @@ int say(vec4 centre, uint map, uvec2 at, vec3 to, vec3 receiver_normal)
 {
     uint key = texels[(map * args.side + at.y) * args.side + at.x];
     if (key == NO_DISK) return NOTHING;
-    uint point = floatBitsToUint(centre.w) + (key & DISKS_MOST);
+    uint point = uint(centre.w) + (key & DISKS_MOST);
     vec3 disk = points[point * BD_SHADOW_POINT_VEC4S].xyz - centre.xyz;
     vec4 normal = points[point * BD_SHADOW_POINT_VEC4S + 1u];
     return hides(disk, normal.xyz, normal.w, to, receiver_normal, args.bias) ? 1 : 0;
 }
 
-// What most of those around say.
+// What most of the four beside it say.
 bool say_around(vec4 centre, uint map, uvec2 at, vec3 to, vec3 receiver_normal)
 {
     int hidden = 0, asked = 0;
-    for (uint i = 0u; i < 9u; i++) {
+    for (uint i = 1u; i < 9u; i += 2u) {
         uvec2 next = at + uvec2(i % 3u, i / 3u) - 1u;
         if (next.x >= args.side || next.y >= args.side) continue;
         int said = say(centre, map, next, to, receiver_normal);
