@@ -56,16 +56,16 @@ static void print_passes(const Bounced__Report *report, FILE *out)
     for (size_t i = 0; i < report->n_passes; i++) {
         const Bounced__ReportPass *pass = report->passes[i];
         if (strcmp(or_none(pass->state), "ran") == 0 && report->aa > 1 && pass->sub_frames > 0)
-            bd_cli_print_line(out, "  %-16s %9.2f ms, %u of %u sub-frames", or_none(pass->name),
+            bd_cli_print_line(out, "  %-17s %9.2f ms, %u of %u sub-frames", or_none(pass->name),
                               pass->ms, pass->sub_frames, report->aa);
         else if (strcmp(or_none(pass->state), "ran") == 0)
-            bd_cli_print_line(out, "  %-16s %9.2f ms", or_none(pass->name), pass->ms);
+            bd_cli_print_line(out, "  %-17s %9.2f ms", or_none(pass->name), pass->ms);
         else
-            bd_cli_print_line(out, "  %-16s %9s", or_none(pass->name), or_none(pass->state));
+            bd_cli_print_line(out, "  %-17s %9s", or_none(pass->name), or_none(pass->state));
     }
     // What a frame left out stands in its report; who asks for a plan wants to see it.
     for (size_t i = 0; is_plan(report) && i < report->n_omitted; i++)
-        bd_cli_print_line(out, "  %-16s   omitted: %s", or_none(report->omitted[i]->pass),
+        bd_cli_print_line(out, "  %-17s   omitted: %s", or_none(report->omitted[i]->pass),
                           or_none(report->omitted[i]->reason));
 }
 
