@@ -10,7 +10,8 @@ noise is taken out by its halves.
 
 `levels`: parts that a pixel looks at and milliseconds of an iteration, by how many levels there are. `iterations`: 0 to 4.
 `thresholds`: how far a picture is off that of all pixels, one level, by when parts are looked at closer. `radii`: clamps. `cost`: an
-iteration beside the frame, defaults, medians of runs.
+iteration beside the frame, defaults, medians of runs. `growth`: milliseconds of a frame by pixels, virtual lights and reflections, the
+rest as by default.
 """
 import math
 import pathlib
@@ -43,9 +44,14 @@ class Subject:
     def clamp(self, radius):
         return {"clamp": f"{1 / (radius * self.diagonal_m) ** 2:.9g}"}
 
-    def render(self, **settings):
-        return self.scene.render(size=(self.side, self.side), technique="ssbc", layers=["indirect"], fresh="all",
+    def render(self, side=None, **settings):
+        return self.scene.render(size=(side or self.side,) * 2, technique="ssbc", layers=["indirect"], fresh="all",
                                  parameters={"brdf": "lambert", **settings})
+
+    def frame_ms(self, **settings):
+        frames = [self.render(**settings) for _ in range(self.runs)]
+        whole = [sum(p.get("ms") or 0 for p in frame.report["passes"] if p["name"] not in many_light.NOT_TIMED) for frame in frames]
+        return round(float(numpy.median(whole)), 1)
 
     def picture(self, **settings):
         return many_light.picture(self.render(**settings), "indirect")
@@ -106,13 +112,23 @@ def shares(subject, clamp, iterations):
 
 def cost(subject):
     frames = [subject.render(iterations=1) for _ in range(subject.runs)]
-    whole = numpy.median([sum(p.get("ms") or 0 for p in frame.report["passes"] if p["name"] not in many_light.NOT_TIMED) for frame in frames])
+    whole = subject.frame_ms(iterations=1)
     iteration = numpy.median([pass_ms(frame, "residual") for frame in frames])
-    return {"frame_ms": round(float(whole), 1), "iteration_ms": round(float(iteration), 1),
+    return {"frame_ms": whole, "iteration_ms": round(float(iteration), 1),
             "iteration_of_frame": round(float(iteration / whole), 3), "ns_per_pixel": round(1e6 * float(iteration) / subject.side ** 2)}
 
 
+SIDES, VPLS, BOUNCES = (96, 192, 384), (256, 1024, 4096, 16384), (1, 2, 4, 16)
+
+
+def growth(subject):
+    return {"pixels": [{"side": side, "ms": subject.frame_ms(side=side)} for side in SIDES],
+            "vpls": [{"vpls": count, "ms": subject.frame_ms(vpls=count)} for count in VPLS],
+            "bounces": [{"indirect_bounces": count, "ms": subject.frame_ms(indirect_bounces=count)} for count in BOUNCES]}
+
+
 PARTS = {
+    "growth": growth,
     "cost": cost,
     "levels": lambda subject: list(levels(subject)),
     "thresholds": lambda subject: list(thresholds(subject)),
