@@ -12,7 +12,7 @@
 #include "tests/unit/cmocka_all.h"
 
 #define SIDE   24u
-#define POINTS 300u // four groups of lanes and a part
+#define POINTS 140u // two groups of lanes and a part
 
 struct scenery {
     struct bd_shadow_point points[POINTS];
@@ -20,13 +20,13 @@ struct scenery {
     struct bd_native_shadow shadow;
 };
 
-// Far ones that cover less than a texel, near ones that cover much of the sky, some below the
-// horizon and some that are none.
+// From far ones that cover less than a texel to near ones that cover much of the sky, of every size
+// between; some below the horizon, and some that are none.
 static void set_point(struct bd_shadow_point *point, uint32_t i)
 {
     const struct bd_vec4 to = unit(), n = unit();
-    const float distance = i % 3 == 0 ? .2f : i % 3 == 1 ? 2 : 40;
-    const float radius = i % 11 == 10 ? 0 : i % 5 == 0 ? .5f : .12f;
+    const float distance = i % 7 == 0 ? .2f : i % 7 == 1 ? 40 : 2 + chance();
+    const float radius = i % 11 == 10 ? 0 : i % 5 == 0 ? .5f : .12f + .1f * chance();
     point->place =
         (struct bd_vec4){3 + distance * to.x, 1 + distance * to.y, 2 + distance * to.z, 0};
     point->normal_radius2 = (struct bd_vec4){n.x, n.y, n.z, radius * radius};
