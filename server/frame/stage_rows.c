@@ -695,6 +695,8 @@ static uint64_t key_reads(uint64_t key, const struct bd_subject *subject, uint32
         key = bd_key_number(key, (uint64_t)bd_plan_light_path_root_side(subject->plan) << 32 |
                                      bd_plan_light_path_count(subject->plan));
     if (reads & BD_READ_PATH_COUNT) key = bd_key_number(key, bd_plan_photon_vpl_count(subject->plan));
+    if (reads & BD_READ_PATH_COUNT)
+        key = bd_key_number(key, bd_plan_reads(subject->plan, BD_PARAM_CLAMP));
     if (reads & BD_READ_UNIT)
         key = bd_key_bytes(key, &subject->unit_cd_m2, sizeof subject->unit_cd_m2);
     const double emission_unit = subject->plan->emission ? subject->unit_cd_m2 : 0;

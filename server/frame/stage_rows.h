@@ -64,7 +64,7 @@ enum bd_stage_read {
     BD_READ_SEED = 32u << BD_ASPECT_COUNT,          // where VPLs are chosen by chance
     BD_READ_LIGHT_SEED = 64u << BD_ASPECT_COUNT,    // of rays to lights
     BD_READ_UNIT = 128u << BD_ASPECT_COUNT,         // the frame's, whatever emits
-    BD_READ_PATH_COUNT = 256u << BD_ASPECT_COUNT,   // of light paths, and whether in a tree
+    BD_READ_PATH_COUNT = 256u << BD_ASPECT_COUNT,   // of light paths, whether in a tree, or clamped
     // Whether rays find what is seen: by the camera, in a shadow map, in a reflective one.
     BD_READ_VIEW_TRACING = 512u << BD_ASPECT_COUNT,
     BD_READ_SHADOW_TRACING = 1024u << BD_ASPECT_COUNT,

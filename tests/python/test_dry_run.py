@@ -160,3 +160,18 @@ def test_every_pass_of_every_technique_is_known(daemon):
         assert told and sorted(told) == sorted(p["name"] for p in planned), (name, told)
         assert (set(told) == {"bvh", "trace"}) == (name == "reference"), (name, told)
     scene.remove()
+
+
+# Whose light paths are clamped, or soft, or in a tree; whose maps are of a list in order: each finds what the one before it left.
+def test_techniques_take_over_nothing_of_another_kind(daemon):
+    scene = daemon.scenes.add(SCENES / "two_lights.glb")
+    small = {"vpls": 256, "brdf": "lambert"}
+    walked, maps = {**small, "walk_vpls": 256}, {**small, "indirect_visibility": "ism", "ism_size": 16, "ism_points": 500}
+    asked = [("many_light", walked), ("ssbc", {**walked, "clamp": "inf"}), ("ssbc", walked), ("many_light", {**walked, **maps}),
+             ("ssbc", {**walked, **maps}), ("rsm", {**maps, "rays": 9}), ("rsm", {**maps, "rays": 4096}), ("hisr", {**maps, "rays": 9}),
+             ("multires_gather", {**maps, "rays": 9}), ("rsm", {**small, "indirect_bounces": 3}), ("hisr", {**small, "indirect_bounces": 3})]
+    for technique, parameters in asked + asked[::-1]:
+        look = {**LOOK, "technique": technique, "parameters": parameters}
+        kept, anew = scene.render(**look), scene.render(**look, fresh="all")
+        for layer, pixels in anew.layers.items():
+            assert kept.layers[layer].tobytes() == pixels.tobytes(), (technique, parameters, layer)
