@@ -2,8 +2,8 @@
 // scene's points (pass/shadow_points.h), in one atlas. They answer whether a receiver sees a VPL
 // without a ray (pass/visibility.h).
 //
-// Inexact by design: what is smaller than a texel or than points are apart, hides by chance or not
-// at all; where no point has come to lie nothing hides. Errors of VPLs differ, and partly even out.
+// Inexact by design: what is smaller than a texel or than points are apart hides by chance or not
+// at all, and disks reach over edges. Errors of VPLs differ, and partly even out.
 // Cost: a map of 8,192 points some .1 ms on two cores; an answer as much as a ray in a small scene.
 //
 // Ritschel, Grosch, Kim, Seidel, Dachsbacher, Kautz 2008; what stands for several VPLs: Dong,

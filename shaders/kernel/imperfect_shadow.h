@@ -12,7 +12,7 @@
 
 #include "kernel/math.h"
 
-// Two vectors across a map's normal, u and v.
+// Of a map: its normal, and two vectors across that.
 KERNEL f3 in_axes(f3 a, f3 u, f3 v, f3 normal)
 {
     return f3_of(f3_dot(a, u), f3_dot(a, v), f3_dot(a, normal));
