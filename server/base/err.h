@@ -50,7 +50,7 @@ enum bd_err {
 struct bd_err_detail {
     enum bd_err err;
     char field[128];
-    char message[1280];
+    char message[1216];
 };
 
 // The name on the wire, "bad_input"; never NULL.

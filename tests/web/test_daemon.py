@@ -219,4 +219,4 @@ def test_two_take_back_their_own(new_page, daemon):
     bert.until(f"document.querySelector('{number}').value === '{before}'", 60)
     assert bert.run(f"document.querySelector('{color}').value") == "#ff0000"
     for page in pages:  # what was asked for has come, whoever asked
-        page.until("document.getElementById('refining-text').textContent.startsWith('Finished')", 60)
+        page.until("document.getElementById('refining-text').textContent.startsWith('Finished')", 120)

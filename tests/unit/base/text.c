@@ -81,8 +81,8 @@ static void what_is_no_utf8_goes(void **state)
 static void an_error_is_utf8_wherever_it_was_cut(void **state)
 {
     (void)state;
-    char euros[3 * 400 + 1] = "";
-    for (int i = 0; i < 400; i++) memcpy(euros + (size_t)i * 3, "\xe2\x82\xac", 4);
+    char euros[3 * 500 + 1] = "";
+    for (int i = 0; i < 500; i++) memcpy(euros + (size_t)i * 3, "\xe2\x82\xac", 4);
     struct bd_err_detail detail;
     bd_err_set(&detail, BD_ERR_USAGE, euros, "%.4s is %s", euros, euros);
     assert_memory_equal(detail.message, "\xe2\x82\xac? is \xe2\x82\xac", 11);
