@@ -298,8 +298,8 @@ static void what_a_lamps_map_holds_is_not_told_again(void **state)
     }
 }
 
-// Leaves of two centimetres, double-sided, in piles of ten a millimetre apart: of the points nearest
-// to where light falls most lie on other leaves, and are not seen from where it came.
+// Leaves of two centimetres, double-sided, in piles of ten a millimetre apart: of the points
+// nearest to where light falls most lie on other leaves, and are not seen from where it came.
 static void add_leaves(struct world *w, int32_t material)
 {
     for (int i = 0; i < 1600; i++) {
@@ -478,6 +478,75 @@ static void points_lie_by_area_on_both_sides(void **state)
     bd_surface_points_finish(&points);
 }
 
+// Of squares of 4, 1 and 4 m^2, the second with two sides, the third unlit and half there.
+static void count_hiding(struct world *w, enum bd_sends hide, uint32_t set, uint32_t of[3],
+                         uint32_t *cells)
+{
+    struct bd_err_detail detail = {0};
+    struct bd_surface_points points;
+    bool hit[8][8] = {{0}};
+    memset(of, 0, 3 * sizeof *of);
+    *cells = 0;
+    assert_int_equal(bd_surface_points_init(&points, w->scene, 9216, hide, go_on, NULL, &detail),
+                     BD_ERR_OK);
+    float least = INFINITY, most = -INFINITY;
+    for (uint32_t i = 0; i < points.count; i++) {
+        least = fminf(least, points.points[i].position.y);
+        most = fmaxf(most, points.points[i].position.y);
+    }
+    const float metre = 0.5f * (most - least);
+    for (uint32_t i = 0; i < points.count; i++) {
+        const struct bd_surface_point *p = &points.points[i];
+        const int storey = (int)lroundf((p->position.y - least) / metre);
+        if (set < BD_SURFACE_POINT_SETS && p->number % BD_SURFACE_POINT_SETS != set) continue;
+        of[storey]++;
+        assert_true(p->normal.y > 0.999f);
+        if (storey == 1)
+            hit[(int)(8 * (p->position.x / metre + 0.5f)) & 7]
+               [(int)(8 * (p->position.z / metre + 0.5f)) & 7] = true;
+    }
+    for (int i = 0; i < 64; i++) *cells += hit[i / 8][i % 8];
+    bd_surface_points_finish(&points);
+}
+
+// What hides has points whatever it sends, as many on one side as on two, and where it blends as
+// often as it is there; and each set of them by itself is as even as all.
+static void points_that_hide_lie_by_area_on_one_side(void **state)
+{
+    struct world *w = *state;
+    world_clear(w);
+    const double large[4][3] = {{-1, 0, 1}, {1, 0, 1}, {1, 0, -1}, {-1, 0, -1}};
+    const double small[4][3] = {{-.5, 1, .5}, {.5, 1, .5}, {.5, 1, -.5}, {-.5, 1, -.5}};
+    const double third[4][3] = {{-1, 2, 1}, {1, 2, 1}, {1, 2, -1}, {-1, 2, -1}};
+    const int32_t of[3] = {world_add_material(w, 0.5f), world_add_material(w, 0.25f),
+                           world_add_material(w, 1)};
+    world_add_quad(w, of[0], large, 3);
+    world_add_quad(w, of[1], small, 1);
+    world_add_quad(w, of[2], third, 1);
+    w->scene->materials[of[1]].double_sided = true;
+    w->scene->materials[of[2]].unlit = true;
+    w->scene->materials[of[2]].alpha_mode = BD_ALPHA_BLEND;
+    w->scene->materials[of[2]].base_color[3] = 0.625f;
+    world_finish(w);
+    uint32_t found[3], cells, fewest = 64, all = 0;
+    count_hiding(w, BD_HIDES_BY_MASK, BD_SURFACE_POINT_SETS, found, &cells);
+    assert_in_range(found[0], 4095, 4097);
+    assert_in_range(found[1], 1023, 1025);
+    assert_in_range(found[2], 4095, 4097);
+    count_hiding(w, BD_HIDES_BY_COVERAGE, BD_SURFACE_POINT_SETS, found, &cells);
+    assert_in_range(found[2], 2460, 2660); // of 4,096: 2,560, and three times 31
+    for (uint32_t set = 0; set < BD_SURFACE_POINT_SETS; set++) {
+        count_hiding(w, BD_HIDES_BY_MASK, set, found, &cells);
+        assert_in_range(found[0], 255, 257);
+        assert_in_range(found[1], 63, 65);
+        fewest = cells < fewest ? cells : fewest;
+        all += cells;
+    }
+    printf("    a set's 64 points lie in %u of 64 squares at least, %g on average\n", fewest,
+           all / 16.0);
+    assert_true(all > 16 * 46); // every sixteenth of one sequence: 42.8
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -494,6 +563,7 @@ int main(void)
         cmocka_unit_test(a_carpet_keeps_the_floor_dark),
         cmocka_unit_test(the_sky_is_seen_behind_everything),
         cmocka_unit_test(points_lie_by_area_on_both_sides),
+        cmocka_unit_test(points_that_hide_lie_by_area_on_one_side),
     };
     return cmocka_run_group_tests(tests, world_open, world_close);
 }
