@@ -1,6 +1,6 @@
 // Points spread over all surfaces of a snapshot, evenly by area: of solid surfaces over their
 // fronts, of double-sided ones over both sides. What is unlit has none, for it sends on nothing;
-// nor has what alpha cuts out.
+// nor has what alpha cuts out. Points of what hides light (enum bd_sends) differ in that.
 //
 // Stratified along the triangles of one shape after the other, and within triangles by a sequence:
 // a function of the snapshot's geometry, of what is unlit and double-sided, and of the number.

@@ -277,7 +277,7 @@ uint64_t bd_imperfect_shadows_bytes(const struct bd_imperfect_shadows *shadows)
     return shadows->count * (texels * sizeof *shadows->maps + sizeof *shadows->centres);
 }
 
-// --- who asks -----------------------------------------------------------------------------------
+// --- answers ------------------------------------------------------------------------------------
 
 // What a texel says; -1 where no disk is there.
 static int say(const struct bd_imperfect_view *view, const struct bd_shadow_centre *centre,

@@ -57,7 +57,7 @@ enum bd_err bd_imperfect_shadows_run(const struct bd_pass_context *context,
 void bd_imperfect_shadows_destroy(struct bd_gpu *gpu, struct bd_imperfect_shadows **shadows);
 uint64_t bd_imperfect_shadows_bytes(const struct bd_imperfect_shadows *shadows);
 
-// --- who asks -----------------------------------------------------------------------------------
+// --- answers ------------------------------------------------------------------------------------
 
 struct bd_imperfect_view {
     const struct bd_imperfect_shadows *shadows;
