@@ -86,6 +86,14 @@ KERNEL float patch_roughness(float roughness)
     return f_max(roughness, 0.25f);
 }
 
+// Of light from so many steradians, taken in one direction: a lobe that is narrower is as wide as
+// they are, so that it reflects no more than comes. Half vectors turn half as far as directions do.
+KERNEL float roughness_over(float roughness, float solid_angle_sr)
+{
+    float a2 = roughness * roughness * roughness * roughness;
+    return f_min(f_sqrt(f_sqrt(a2 + solid_angle_sr / (4.0f * F_PI))), 1.0f);
+}
+
 // What it reflects beyond base colour / pi, per irradiance; `roughness` a patch's. Negative away
 // from highlights, where Fresnel's term and the limit take more from the diffuse lobe than the
 // specular one gives. Not to be held to 0: a conference room came out 8 % too bright.
