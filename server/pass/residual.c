@@ -27,8 +27,10 @@ struct residual {
     uint32_t width_px, height_px, blocks_across;
     float radius;        // beyond which nothing is given
     float *fallen, *sum; // irradiance of the last iteration, and of all: three floats a pixel
-    float *looked;       // of each pixel
-    struct bd_buf *parts, *patches, *receivers, *bounds_buf, *light; // the device's
+    float *lobes, *lobe_sum; // the same of lobes, or NULL
+    float *looked;           // of each pixel
+    struct bd_buf *parts, *patches, *receivers, *surfaces, *bounds_buf, *light,
+        *lobe_light; // the device's
     struct bd_err_detail *detail;
 };
 
@@ -180,21 +182,44 @@ static void put_lane(const struct bd_screen_receiver *own, uint32_t i,
     r->lit[i] = own->place_lit.w;
 }
 
+static void put_surface(const struct bd_screen_surface *own, uint32_t i,
+                        struct bd_screen_surfaces *s)
+{
+    s->viewer_x[i] = own->viewer_lobe.x;
+    s->viewer_y[i] = own->viewer_lobe.y;
+    s->viewer_z[i] = own->viewer_lobe.z;
+    s->has_lobe[i] = own->viewer_lobe.w;
+    s->red[i] = own->color_metallic.x;
+    s->green[i] = own->color_metallic.y;
+    s->blue[i] = own->color_metallic.z;
+    s->metallic[i] = own->color_metallic.w;
+    s->roughness[i] = own->roughness_f0.x;
+    s->f0_dielectric[i] = own->roughness_f0.y;
+}
+
 static void light_block(void *user, uint32_t block)
 {
     const struct residual *s = user;
+    const struct bd_screen *screen = s->screen;
     struct bd_screen_receivers r = {.bounds = s->bounds[block]};
+    struct bd_screen_surfaces surfaces = {0};
     struct bd_screen_light light = {0};
     size_t pixel;
-    for (uint32_t i = 0; i < BD_SCREEN_LANES; i++)
-        if (pixel_of(s, block, i, &pixel)) put_lane(&s->screen->receivers[pixel], i, &r);
-    s->processor.loops->residual(&s->native, &r, &light);
+    for (uint32_t i = 0; i < BD_SCREEN_LANES; i++) {
+        if (!pixel_of(s, block, i, &pixel)) continue;
+        put_lane(&screen->receivers[pixel], i, &r);
+        if (screen->surfaces) put_surface(&screen->surfaces[pixel], i, &surfaces);
+    }
+    s->processor.loops->residual(&s->native, &r, screen->surfaces ? &surfaces : NULL, &light);
     for (uint32_t i = 0; i < BD_SCREEN_LANES; i++) {
         if (!pixel_of(s, block, i, &pixel)) continue;
         float *to = s->fallen + 3 * pixel;
         to[0] = light.red[i];
         to[1] = light.green[i];
         to[2] = light.blue[i];
+        if (s->lobes)
+            f3_store(s->lobes + 3 * pixel,
+                     f3_of(light.lobe_red[i], light.lobe_green[i], light.lobe_blue[i]));
         s->looked[pixel] = light.looked[i];
     }
 }
@@ -215,6 +240,12 @@ static enum bd_err make_buffers(struct residual *s)
     if (!err)
         err = bd_buf_create(gpu, "receivers of the screen", pixels * sizeof *screen->receivers,
                             screen->receivers, &s->receivers, s->detail);
+    if (!err && screen->surfaces)
+        err = bd_buf_create(gpu, "surfaces of the screen", pixels * sizeof *screen->surfaces,
+                            screen->surfaces, &s->surfaces, s->detail);
+    if (!err && screen->surfaces)
+        err = bd_buf_create(gpu, "lobes of the screen", pixels * sizeof(struct bd_vec4), NULL,
+                            &s->lobe_light, s->detail);
     if (!err)
         err = bd_buf_create(gpu, "bounds of the screen", block_count(s) * sizeof *s->bounds,
                             s->bounds, &s->bounds_buf, s->detail);
@@ -234,8 +265,11 @@ static void dispatch(const struct residual *s, uint32_t row, uint32_t rows)
     bindings.arrays[BD_UNIT_SCREEN_PARTS] = s->parts;
     bindings.arrays[BD_UNIT_SCREEN_PATCHES] = s->patches;
     bindings.arrays[BD_UNIT_SCREEN_RECEIVERS] = s->receivers;
+    bindings.arrays[BD_UNIT_SCREEN_SURFACES] = s->surfaces;
     bd_bind_storage(&bindings, BD_STORAGE_SCREEN_BOUNDS, s->bounds_buf, true, false);
     bd_bind_storage(&bindings, BD_STORAGE_SCREEN_LIGHT, s->light, false, true);
+    if (s->lobe_light)
+        bd_bind_storage(&bindings, BD_STORAGE_SCREEN_LOBES, s->lobe_light, false, true);
     bindings.uniforms[BD_UNIFORM_ARGS].bytes = &args;
     bindings.uniforms[BD_UNIFORM_ARGS].size_bytes = sizeof args;
     bd_program_group_size(s->program, group);
@@ -243,19 +277,25 @@ static void dispatch(const struct residual *s, uint32_t row, uint32_t rows)
                     bd_divided_up(rows, group[1]), 1);
 }
 
-static enum bd_err fetch_light(struct residual *s, uint32_t row, uint32_t rows)
+// Three floats a pixel, and if asked for the fourth.
+static enum bd_err fetch(struct residual *s, struct bd_buf *buf, float *rgb, float *fourth)
 {
-    const size_t first = (size_t)row * s->width_px, count = (size_t)rows * s->width_px;
-    struct bd_vec4 *light = malloc(count * sizeof *light);
+    const size_t pixels = (size_t)s->width_px * s->height_px;
+    struct bd_vec4 *light = malloc(pixels * sizeof *light);
     BD_ASSERT(light);
-    const enum bd_err err =
-        bd_buf_read(s->context.gpu, s->light, first * sizeof *light, light, count * sizeof *light);
-    for (size_t i = 0; !err && i < count; i++) {
-        f3_store(s->fallen + 3 * (first + i), f3_from(&light[i]));
-        s->looked[first + i] = light[i].w;
+    const enum bd_err err = bd_buf_read(s->context.gpu, buf, 0, light, pixels * sizeof *light);
+    for (size_t i = 0; !err && i < pixels; i++) {
+        f3_store(rgb + 3 * i, f3_from(&light[i]));
+        if (fourth) fourth[i] = light[i].w;
     }
     free(light);
     return err;
+}
+
+static enum bd_err fetch_light(struct residual *s)
+{
+    const enum bd_err err = fetch(s, s->light, s->fallen, s->looked);
+    return err || !s->lobes ? err : fetch(s, s->lobe_light, s->lobes, NULL);
 }
 
 static enum bd_err light_rows(struct residual *s)
@@ -269,7 +309,7 @@ static enum bd_err light_rows(struct residual *s)
         dispatch(s, row, rows);
         err = bd_slicer_checkpoint(s->context.slicer, row_units * rows);
     }
-    return err ? err : fetch_light(s, 0, s->height_px);
+    return err ? err : fetch_light(s);
 }
 
 // --- all ----------------------------------------------------------------------------------------
@@ -281,7 +321,12 @@ static enum bd_err make_room(struct residual *s)
     s->sum = calloc(3 * pixels, sizeof *s->sum);
     s->looked = calloc(pixels, sizeof *s->looked);
     s->bounds = calloc(block_count(s), sizeof *s->bounds);
-    if (s->fallen && s->sum && s->looked && s->bounds) return BD_ERR_OK;
+    if (s->screen->surfaces) {
+        s->lobes = calloc(3 * pixels, sizeof *s->lobes);
+        s->lobe_sum = calloc(3 * pixels, sizeof *s->lobe_sum);
+    }
+    const bool lobes = !s->screen->surfaces || (s->lobes && s->lobe_sum);
+    if (s->fallen && s->sum && s->looked && s->bounds && lobes) return BD_ERR_OK;
     return bd_err_set(s->detail, BD_ERR_NO_MEMORY, "size", "no memory for light of %zu pixels",
                       pixels);
 }
@@ -295,6 +340,7 @@ static enum bd_err iterate(struct residual *s, uint64_t *looked)
     if (!err && !s->program)
         err = bd_receivers_each(&s->context, block_count(s), UNITS_PER_BLOCK, light_block, s);
     for (size_t i = 0; !err && i < 3 * pixels; i++) s->sum[i] += s->fallen[i];
+    for (size_t i = 0; !err && s->lobes && i < 3 * pixels; i++) s->lobe_sum[i] += s->lobes[i];
     for (size_t i = 0; !err && i < pixels; i++) *looked += (uint64_t)s->looked[i];
     return err;
 }
@@ -330,17 +376,20 @@ static enum bd_err run(struct residual *s, struct bd_indirect *indirect)
         if (fallen[i]) err = add_texture(s, (struct bd_tex *)fallen[i], false, s->fallen);
     for (uint32_t n = 0; !err && n < (in->once ? 1 : in->iterations); n++)
         err = iterate(s, &indirect->screen_parts);
-    return err ? err : add_texture(s, indirect->irradiance, true, s->sum);
+    if (!err) err = add_texture(s, indirect->irradiance, true, s->sum);
+    return err || !s->lobes ? err : add_texture(s, indirect->glossy, true, s->lobe_sum);
 }
 
 static void finish(struct residual *s)
 {
-    struct bd_buf **const bufs[] = {&s->parts, &s->patches, &s->receivers, &s->bounds_buf,
-                                    &s->light};
+    struct bd_buf **const bufs[] = {&s->parts,      &s->patches, &s->receivers, &s->surfaces,
+                                    &s->bounds_buf, &s->light,   &s->lobe_light};
     for (size_t i = 0; i < sizeof bufs / sizeof *bufs; i++) bd_buf_destroy(s->context.gpu, bufs[i]);
     free(s->bounds);
     free(s->fallen);
     free(s->sum);
+    free(s->lobes);
+    free(s->lobe_sum);
     free(s->looked);
 }
 
@@ -373,6 +422,7 @@ enum bd_err bd_residual_run(const struct bd_pass_context *context,
     BD_ASSERT(inputs->clamp > 0 && inputs->iterations > 0);
     struct bd_defines defines = {0};
     if (s.screen->printed) bd_define(&defines, "BD_PRINTED", 1);
+    if (s.screen->surfaces) bd_define(&defines, "BD_GLOSSY", 1);
     if (!context->processor && fits_device(&s))
         err = bd_compute_get(context->gpu, "pass/residual/residual.comp", &defines, &s.program,
                              detail);

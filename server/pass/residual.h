@@ -7,7 +7,8 @@
 // algorithms.md A3, its errors mended: X, not the virtual lights (S2); a projected sphere's exact
 // bounds (S3); power that is conserved (S4). What surfaces send on is all that their BRDF reflects,
 // but evenly. The operator never creates energy: a part sends no more than its share of the
-// hemisphere, less what the clamp left.
+// hemisphere, less what the clamp left. Lobes reflect each part for themselves, as if they were as
+// wide as it, and no more than comes.
 //
 // Exact as pixels become small, for surfaces that are in the picture, face the receiver and hide
 // nothing from it. What hides behind others, or lies outside, is missing; surfaces that face it
@@ -36,7 +37,8 @@ struct bd_residual_inputs {
     float smooth_sr, edge_sr; // above which a part is looked at closer, and one that spans an edge
 };
 
-// Adds to the irradiance of `indirect`, and its count of parts, in a pass "residual".
+// Adds to the irradiance of `indirect`, to what lobes reflect if the screen has surfaces, and to
+// its count of parts, in a pass "residual".
 BD_MUST_CHECK
 enum bd_err bd_residual_run(const struct bd_pass_context *context,
                             const struct bd_residual_inputs *inputs, struct bd_indirect *indirect,

@@ -73,10 +73,16 @@ static void take_pixel(const struct build *b, const struct bd_area_receiver *at)
     const f3 sends = b->lambert ? at->base_color
                                 : sent_from_everywhere(at->base_color, at->metallic, at->roughness,
                                                        at->f0_dielectric);
+    const float view = f_max(f3_dot(at->normal, at->viewer), 0);
     part->normal_radius = vec4_of(at->normal_geometric, 0);
     s->receivers[pixel] = (struct bd_screen_receiver){
         vec4_of(at->position, 1), vec4_of(at->normal, 0), vec4_of(at->normal_geometric, 0)};
     s->sends[pixel] = f3_scale(sends, 1 / F_PI);
+    if (s->surfaces)
+        s->surfaces[pixel] = (struct bd_screen_surface){
+            vec4_of(at->viewer, at->has_lobe ? part_of_grazing(view) : 0),
+            vec4_of(at->base_color, at->metallic),
+            {at->roughness, at->f0_dielectric, 0, 0}};
     cover(b, at, &s->patches[pixel]);
 }
 
@@ -321,7 +327,8 @@ float bd_screen_holds(const struct bd_screen *s, f3 position, f3 normal)
 
 // --- all ----------------------------------------------------------------------------------------
 
-static enum bd_err make_room(struct bd_screen *s, uint32_t levels, struct bd_err_detail *detail)
+static enum bd_err make_room(struct bd_screen *s, uint32_t levels, bool glossy,
+                             struct bd_err_detail *detail)
 {
     uint32_t width = s->width_px, height = s->height_px;
     const size_t pixels = (size_t)width * height;
@@ -337,7 +344,9 @@ static enum bd_err make_room(struct bd_screen *s, uint32_t levels, struct bd_err
     s->patches = calloc(pixels, sizeof *s->patches);
     s->receivers = calloc(pixels, sizeof *s->receivers);
     s->sends = calloc(pixels, sizeof *s->sends);
-    if (s->parts && s->patches && s->receivers && s->sends) return BD_ERR_OK;
+    s->surfaces = glossy ? calloc(pixels, sizeof *s->surfaces) : NULL;
+    if (s->parts && s->patches && s->receivers && s->sends && (s->surfaces || !glossy))
+        return BD_ERR_OK;
     return bd_err_set(detail, BD_ERR_NO_MEMORY, "size", "no memory for what %ux%u pixels send",
                       s->width_px, s->height_px);
 }
@@ -373,7 +382,7 @@ enum bd_err bd_screen_create(const struct bd_pass_context *context,
         .light = take_part,
         .user = &b,
     };
-    enum bd_err err = make_room(screen, inputs->levels, detail);
+    enum bd_err err = make_room(screen, inputs->levels, inputs->glossy, detail);
     if (!err) err = bd_receivers_run(&own, &receivers, detail);
     if (!err) err = join_levels(&b);
     if (err) bd_screen_destroy(out);
@@ -387,6 +396,7 @@ void bd_screen_destroy(struct bd_screen **screen)
     free((*screen)->patches);
     free((*screen)->receivers);
     free((*screen)->sends);
+    free((*screen)->surfaces);
     free(*screen);
     *screen = NULL;
 }

@@ -6,7 +6,7 @@
 // where it grazes; at a crease up to there. Surfaces that are hidden or outside of the picture are
 // not there.
 //
-// On the processor, whatever the device. 148 bytes a pixel. Private to pass/.
+// On the processor, whatever the device. 148 bytes, and 48 for lobes, a pixel. Private to pass/.
 //
 // Thread: render thread, and the pool's.
 
@@ -25,6 +25,7 @@ struct bd_screen {
     struct bd_screen_part *parts;
     struct bd_screen_patch *patches;
     struct bd_screen_receiver *receivers;
+    struct bd_screen_surface *surfaces; // or NULL
     f3 *sends; // of a pixel: radiance for a unit of irradiance
     struct bd_viewpoint viewpoint;
     bd_dvec3 eye; // render space
@@ -35,6 +36,7 @@ struct bd_screen_inputs {
     const struct bd_gather_inputs *gather;
     struct bd_pool *pool;
     bool lambert;
+    bool glossy; // lobes are asked for
     // As the paper has it: plain means of colours beside sums of areas (S4), pixels that end where
     // they end, and the radius of a sphere's projection that is right on the axis far away (S3).
     bool printed;

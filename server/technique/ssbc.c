@@ -8,9 +8,9 @@
 // Exact when: `vpls`, `walk_vpls`, `rays`, `iterations` and the picture's size grow, what is within
 //         1 / sqrt(clamp) of a surface is in the picture, and surfaces send light on evenly
 // Known:  what the picture gives back goes through what stands between; with residual=screen what
-//         it does not show of a surface's neighbourhood gives nothing back, mirrors show clamped
-//         light, and sub-frames share none; with indirect_bounces from 2 on the picture sends light
-//         on once more
+//         it does not show of a surface's neighbourhood gives nothing back, mirrors are blurred,
+//         and sub-frames share none; with indirect_bounces from 2 on the picture sends light on once
+//         more
 // Price:  that of `rays` and `far_rays` a pixel, and some 100 parts of the picture a pixel and
 //         iteration
 
@@ -95,6 +95,7 @@ static enum bd_err make_screen(const struct bd_pass_context *context,
         .gather = gather,
         .pool = inputs->pool,
         .lambert = params->lambert,
+        .glossy = gather->glossy,
         .printed = params->paper_mode,
         .levels = params->residual_levels,
     };

@@ -94,6 +94,12 @@ KERNEL float part_of_hemisphere(float given)
     return F_PI / f_max(given, F_PI);
 }
 
+// Likewise of what a lobe reflects of a radiance of 1: parts that each are as wide as it overlap.
+KERNEL float part_of_lobe(float reflected)
+{
+    return 1.0f / f_max(reflected, 1.0f);
+}
+
 // Whether its normals turn by more than some 25 degrees, or depth jumps.
 KERNEL bool spans_edge(float radius, float thickness)
 {

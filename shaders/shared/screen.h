@@ -14,6 +14,11 @@
 //   0: xyz place, w = 1, or 0: it asks for nothing
 //   1: xyz shading normal
 //   2: xyz geometric normal
+// Its surface, of those whose lobes are asked for, in the array BD_UNIT_SCREEN_SURFACES, three
+// vec4s:
+//   0: xyz viewer, unit, w = part of its lobe that is asked for
+//   1: rgb base colour, w = metallic
+//   2: x = roughness, y = F0 of a dielectric
 #ifndef BD_SHARED_SCREEN_H
 #define BD_SHARED_SCREEN_H
 
@@ -22,6 +27,7 @@
 #define BD_SCREEN_PART_VEC4S     3
 #define BD_SCREEN_PATCH_VEC4S    2
 #define BD_SCREEN_RECEIVER_VEC4S 3
+#define BD_SCREEN_SURFACE_VEC4S  3
 #define BD_SCREEN_LEVELS_MAX     15 // of a picture 16,384 wide
 
 // Pixels along a side of a block, which knows where its pixels look: parts of the coarsest level
@@ -45,16 +51,19 @@ struct bd_screen_part {
 struct bd_screen_patch {
     struct bd_vec4 u_part, v;
 };
+struct bd_screen_surface {
+    struct bd_vec4 viewer_lobe, color_metallic, roughness_f0;
+};
 struct bd_screen_receiver {
     struct bd_vec4 place_lit, normal, normal_geometric;
 };
 
-_Static_assert(sizeof(struct bd_screen_part) == BD_SCREEN_PART_VEC4S * sizeof(struct bd_vec4) &&
-                   sizeof(struct bd_screen_patch) ==
-                       BD_SCREEN_PATCH_VEC4S * sizeof(struct bd_vec4) &&
-                   sizeof(struct bd_screen_receiver) ==
-                       BD_SCREEN_RECEIVER_VEC4S * sizeof(struct bd_vec4),
-               "as they are in the arrays");
+_Static_assert(
+    sizeof(struct bd_screen_part) == BD_SCREEN_PART_VEC4S * sizeof(struct bd_vec4) &&
+        sizeof(struct bd_screen_patch) == BD_SCREEN_PATCH_VEC4S * sizeof(struct bd_vec4) &&
+        sizeof(struct bd_screen_receiver) == BD_SCREEN_RECEIVER_VEC4S * sizeof(struct bd_vec4) &&
+        sizeof(struct bd_screen_surface) == BD_SCREEN_SURFACE_VEC4S * sizeof(struct bd_vec4),
+    "as they are in the arrays");
 _Static_assert(sizeof(struct bd_screen_args) == 32 + 16 * BD_SCREEN_LEVELS_MAX, "std140 size");
 #endif
 

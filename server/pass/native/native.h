@@ -136,11 +136,21 @@ struct bd_screen_receivers {
     float lit[BD_SCREEN_LANES]; // 1, or 0: it asks for nothing
     struct bd_uvec4 bounds;
 };
+// Their surfaces, whose lobes are asked for.
+struct bd_screen_surfaces {
+    float viewer_x[BD_SCREEN_LANES], viewer_y[BD_SCREEN_LANES], viewer_z[BD_SCREEN_LANES];
+    float red[BD_SCREEN_LANES], green[BD_SCREEN_LANES], blue[BD_SCREEN_LANES];
+    float metallic[BD_SCREEN_LANES], roughness[BD_SCREEN_LANES], f0_dielectric[BD_SCREEN_LANES];
+    float has_lobe[BD_SCREEN_LANES]; // 1, less where it grazes, or 0: none that is worth its price
+};
 // Irradiance, what it would be of a radiance of 1, and how many parts were looked at for it.
 struct bd_screen_light {
     float red[BD_SCREEN_LANES], green[BD_SCREEN_LANES], blue[BD_SCREEN_LANES];
     float given[BD_SCREEN_LANES];
     float looked[BD_SCREEN_LANES];
+    // What lobes reflect beyond the diffuse one, and would of a radiance of 1.
+    float lobe_red[BD_SCREEN_LANES], lobe_green[BD_SCREEN_LANES], lobe_blue[BD_SCREEN_LANES];
+    float reflected[BD_SCREEN_LANES];
 };
 
 // A map of what a virtual light sees of some points (shared/imperfect_shadows.h).
@@ -198,9 +208,11 @@ struct bd_native_loops {
                 const struct bd_light_uniform *light, bool lambert, struct bd_native_aim *aim);
     // and what triangles say.
     void (*ask)(const struct bd_native_pairs *pairs, uint32_t said[BD_LANES]);
-    // What the screen gives to each lane beyond the clamp, added to zeroes.
+    // What the screen gives to each lane beyond the clamp, added to zeroes. `surfaces` NULL: no
+    // lobe is asked for.
     void (*residual)(const struct bd_native_screen *screen,
-                     const struct bd_screen_receivers *receivers, struct bd_screen_light *light);
+                     const struct bd_screen_receivers *receivers,
+                     const struct bd_screen_surfaces *surfaces, struct bd_screen_light *light);
     // Keeps in each texel of a map the least key of the disks that it meets.
     void (*shadow)(const struct bd_native_shadow *shadow, uint32_t *map);
 };

@@ -5,6 +5,8 @@
 
 #include <string.h>
 
+#include "kernel/all_channels.h"
+#include "kernel/brdf.h"
 #include "kernel/residual.h"
 #include "pass/native/lanes.h"
 
@@ -14,7 +16,10 @@
 struct walk {
     const struct bd_native_screen *screen;
     const struct bd_screen_receivers *receivers;
+    const struct bd_screen_surfaces *surfaces; // NULL: no lobe is asked for
     struct bd_screen_light *light;
+    float share[BD_SCREEN_LANES]; // of the part that was looked at last: irradiance of a radiance
+                                  // of 1
     float at[BD_SCREEN_LEVELS_MAX][BD_SCREEN_LANES]; // 1, or 0
 };
 
@@ -26,7 +31,7 @@ struct kind {
 static inline __attribute__((always_inline)) uint32_t
 look(const struct bd_screen_receivers *restrict r, const struct bd_screen_part *restrict part,
      float clamp, float threshold, struct kind kind, const float *restrict at,
-     float *restrict below, struct bd_screen_light *restrict light)
+     float *restrict below, float *restrict shares, struct bd_screen_light *restrict light)
 {
     const f3 middle = f3_from(&part->middle_area), normal = f3_from(&part->normal_radius);
     const f3 radiance = f3_from(&part->radiance_thickness);
@@ -53,6 +58,7 @@ look(const struct bd_screen_receivers *restrict r, const struct bd_screen_part *
         light->blue[i] += share * radiance.z;
         light->given[i] += share;
         light->looked[i] += at[i];
+        shares[i] = share;
         below[i] = f_select(wants, 1.0f, 0.0f);
         any |= wants;
     }
@@ -67,7 +73,8 @@ struct patch {
 
 static inline __attribute__((always_inline)) void
 look_near(const struct bd_screen_receivers *restrict r, const struct patch *restrict patch,
-          float clamp, const float *restrict near, struct bd_screen_light *restrict light)
+          float clamp, const float *restrict near, float *restrict shares,
+          struct bd_screen_light *restrict light)
 {
     const f3 middle = patch->middle, u = patch->u, v = patch->v, radiance = patch->radiance;
     const float area = patch->area, counts = patch->counts;
@@ -82,11 +89,53 @@ look_near(const struct bd_screen_receivers *restrict r, const struct patch *rest
         light->green[i] += share * radiance.y;
         light->blue[i] += share * radiance.z;
         light->given[i] += share;
+        shares[i] = share;
     }
 }
 
+// --- lobes --------------------------------------------------------------------------------------
+
+static bool any_share(const struct walk *w)
+{
+    float most = 0;
+    FEW_LANES(i) most = f_max(most, w->share[i] * w->surfaces->has_lobe[i]);
+    return most > 0;
+}
+
+static inline __attribute__((always_inline)) void
+reflect(const struct bd_screen_receivers *restrict r, const struct bd_screen_surfaces *restrict s,
+        f3 middle, f3 radiance, const float *restrict shares,
+        struct bd_screen_light *restrict light)
+{
+    FEW_LANES(i)
+    {
+        const f3 n = f3_of(r->normal_x[i], r->normal_y[i], r->normal_z[i]);
+        const f3 to = f3_sub(middle, f3_of(r->x[i], r->y[i], r->z[i]));
+        const f3 l = f3_scale(to, 1.0f / f_sqrt(f_max(f3_dot(to, to), 1e-24f)));
+        const float share = shares[i] * s->has_lobe[i];
+        const float over_sr = shares[i] / f_max(f3_dot(n, l), 1e-3f);
+        const f3 beyond =
+            beyond_diffuse(f3_of(s->red[i], s->green[i], s->blue[i]), s->metallic[i],
+                           roughness_over(s->roughness[i], over_sr), s->f0_dielectric[i], n, l,
+                           f3_of(s->viewer_x[i], s->viewer_y[i], s->viewer_z[i]));
+        light->lobe_red[i] += share * radiance.x * beyond.x;
+        light->lobe_green[i] += share * radiance.y * beyond.y;
+        light->lobe_blue[i] += share * radiance.z * beyond.z;
+        light->reflected[i] += share * strongest_channel(beyond);
+    }
+}
+
+// What lobes make of the light that was just added.
+static void add_lobes(struct walk *w, f3 middle, f3 radiance)
+{
+    if (w->surfaces && any_share(w))
+        reflect(w->receivers, w->surfaces, middle, radiance, w->share, w->light);
+}
+
+// --- the walk -----------------------------------------------------------------------------------
+
 // Adds a pixel to lanes that are so near that it is a patch.
-static void add_patch(const struct walk *w, uint32_t pixel, const float *near)
+static void add_patch(struct walk *w, uint32_t pixel, const float *near)
 {
     const struct bd_screen_part *part = &w->screen->parts[pixel];
     const struct bd_screen_patch *own = &w->screen->patches[pixel];
@@ -103,34 +152,34 @@ static void add_patch(const struct walk *w, uint32_t pixel, const float *near)
         const f3 across = f3_scale(u, middle_of_part(i % parts, parts));
         const f3 along = f3_scale(v, middle_of_part(i / parts, parts));
         patch.middle = f3_add(middle, f3_add(across, along));
-        look_near(w->receivers, &patch, clamp, near, w->light);
+        look_near(w->receivers, &patch, clamp, near, w->share, w->light);
+        add_lobes(w, patch.middle, patch.radiance);
     }
 }
 
-static void visit_pixel(struct walk *w, uint32_t pixel)
-{
-    const struct bd_native_screen *s = w->screen;
-    const struct bd_screen_part *part = &s->parts[pixel];
-    float near[BD_SCREEN_LANES];
-    if (s->printed)
-        (void)look(w->receivers, part, s->args.clamp, 0, (struct kind){true, true}, w->at[0], near,
-                   w->light);
-    else if (look(w->receivers, part, s->args.clamp, 0, (struct kind){true, false}, w->at[0], near,
-                  w->light))
-        add_patch(w, pixel, near);
-}
-
-// Whether any lane goes on to the part's children.
-static bool look_at(struct walk *w, const struct bd_screen_part *part, uint32_t level)
+// Of a part: whether any lane goes on, or is so near that a pixel is a patch to it.
+static bool look_at(struct walk *w, const struct bd_screen_part *part, uint32_t level, float *below)
 {
     const struct bd_screen_args *args = &w->screen->args;
     const bool is_edge = spans_edge(part->normal_radius.w, part->radiance_thickness.w);
     const float threshold = is_edge ? args->edge_sr : args->smooth_sr;
+    uint32_t any;
+#define LOOK(finest, printed)                                                                      \
+    look(w->receivers, part, args->clamp, threshold, (struct kind){finest, printed}, w->at[level], \
+         below, w->share, w->light)
     if (w->screen->printed)
-        return look(w->receivers, part, args->clamp, threshold, (struct kind){false, true},
-                    w->at[level], w->at[level - 1], w->light) != 0;
-    return look(w->receivers, part, args->clamp, threshold, (struct kind){false, false},
-                w->at[level], w->at[level - 1], w->light) != 0;
+        any = level == 0 ? LOOK(true, true) : LOOK(false, true);
+    else
+        any = level == 0 ? LOOK(true, false) : LOOK(false, false);
+#undef LOOK
+    add_lobes(w, f3_from(&part->middle_area), f3_from(&part->radiance_thickness));
+    return any != 0;
+}
+
+static void visit_pixel(struct walk *w, uint32_t pixel)
+{
+    float near[BD_SCREEN_LANES];
+    if (look_at(w, &w->screen->parts[pixel], 0, near)) add_patch(w, pixel, near);
 }
 
 static void visit(struct walk *w, uint32_t level, uint32_t x, uint32_t y)
@@ -142,7 +191,7 @@ static void visit(struct walk *w, uint32_t level, uint32_t x, uint32_t y)
         visit_pixel(w, index);
         return;
     }
-    if (!look_at(w, &w->screen->parts[index], level)) return;
+    if (!look_at(w, &w->screen->parts[index], level, w->at[level - 1])) return;
     for (uint32_t v = 2 * y; v < 2 * y + 2 && v < finer->y; v++)
         for (uint32_t u = 2 * x; u < 2 * x + 2 && u < finer->x; u++) visit(w, level - 1, u, v);
 }
@@ -155,14 +204,20 @@ static void hold(struct bd_screen_light *restrict light)
         light->red[i] *= part;
         light->green[i] *= part;
         light->blue[i] *= part;
+        const float of_lobe = part * part_of_lobe(light->reflected[i]);
+        light->lobe_red[i] *= of_lobe;
+        light->lobe_green[i] *= of_lobe;
+        light->lobe_blue[i] *= of_lobe;
     }
 }
 
 void WIDE(bd_native_residual)(const struct bd_native_screen *screen,
                               const struct bd_screen_receivers *receivers,
+                              const struct bd_screen_surfaces *surfaces,
                               struct bd_screen_light *light)
 {
-    struct walk w = {screen, receivers, light, {{0}}};
+    struct walk w = {
+        .screen = screen, .receivers = receivers, .surfaces = surfaces, .light = light};
     const uint32_t top = screen->args.level_count - 1;
     const struct bd_uvec4 *bounds = &receivers->bounds;
     memcpy(w.at[top], receivers->lit, sizeof w.at[top]);

@@ -3,7 +3,10 @@
 // follows which is next.
 //
 // BD_PRINTED: as the paper has it.
+// BD_GLOSSY: also what the whole BRDF reflects of it beyond base colour / pi times the irradiance.
 #include "common/array.glsl"
+#include "kernel/all_channels.h"
+#include "kernel/brdf.h"
 #include "kernel/residual.h"
 #include "shared/bindings.h"
 #include "shared/screen.h"
@@ -15,6 +18,10 @@ BD_ARRAY(screen_patches, BD_UNIT_SCREEN_PATCHES);
 BD_ARRAY(screen_receivers, BD_UNIT_SCREEN_RECEIVERS);
 layout(std430, binding = BD_STORAGE_SCREEN_BOUNDS) readonly buffer bounds_block { uvec4 bounds[]; };
 layout(std430, binding = BD_STORAGE_SCREEN_LIGHT) writeonly buffer light_block { vec4 light[]; };
+#ifdef BD_GLOSSY
+BD_ARRAY(screen_surfaces, BD_UNIT_SCREEN_SURFACES);
+layout(std430, binding = BD_STORAGE_SCREEN_LOBES) writeonly buffer lobe_block { vec4 lobes[]; };
+#endif
 
 struct receiver {
     vec3 place, normal, normal_geometric;
@@ -24,6 +31,31 @@ struct receiver {
 vec4 sum = vec4(0.0);
 float looked = 0.0;
 
+#ifdef BD_GLOSSY
+struct surface {
+    vec4 viewer_lobe, color_metallic;
+    vec2 roughness_f0;
+};
+surface own = surface(vec4(0.0), vec4(0.0), vec2(0.0));
+vec4 lobe = vec4(0.0);
+#endif
+
+// What a part at that place gives, of a radiance of 1.
+void add(receiver r, vec3 to, vec3 radiance, float share)
+{
+    sum += vec4(radiance, 1.0) * share;
+#ifdef BD_GLOSSY
+    if (own.viewer_lobe.w == 0.0 || share == 0.0) return;
+    vec3 l = f3_scale(to, 1.0 / sqrt(max(dot(to, to), 1e-24)));
+    float over_sr = share / max(dot(r.normal, l), 1e-3);
+    vec3 beyond =
+        beyond_diffuse(own.color_metallic.rgb, own.color_metallic.a, roughness_over(own.roughness_f0.x, over_sr),
+                       own.roughness_f0.y, r.normal, l, own.viewer_lobe.xyz);
+    share *= own.viewer_lobe.w;
+    lobe += vec4(radiance * beyond, strongest_channel(beyond)) * share;
+#endif
+}
+
 void add_patch(receiver r, vec3 to, uint pixel, float area, vec3 radiance)
 {
     vec4 u = BD_LOAD(screen_patches, pixel * BD_SCREEN_PATCH_VEC4S);
@@ -32,8 +64,8 @@ void add_patch(receiver r, vec3 to, uint pixel, float area, vec3 radiance)
     float share = 1.0 / float(parts);
     for (uint i = 0u; i < parts * parts; i++) {
         vec3 to_part = to + u.xyz * middle_of_part(i % parts, parts) + v * middle_of_part(i / parts, parts);
-        sum += vec4(radiance, 1.0) * residual_patch(r.normal, r.normal_geometric, to_part, u.xyz * share, v * share, u.w,
-                                                    area * share * share, args.clamp);
+        add(r, to_part, radiance, residual_patch(r.normal, r.normal_geometric, to_part, u.xyz * share, v * share, u.w,
+                                                 area * share * share, args.clamp));
     }
 }
 
@@ -61,8 +93,7 @@ bool look(receiver r, uint level, uvec2 at)
     if (level == 0u && is_near)
         add_patch(r, to, index, area, radiance.rgb);
     else
-        sum += vec4(radiance.rgb, 1.0) *
-               residual_light(r.normal, r.normal_geometric, to, r2, normal.xyz, area, args.clamp);
+        add(r, to, radiance.rgb, residual_light(r.normal, r.normal_geometric, to, r2, normal.xyz, area, args.clamp));
     return false;
 }
 
@@ -111,12 +142,23 @@ void main()
                           BD_LOAD(screen_receivers, index * BD_SCREEN_RECEIVER_VEC4S + 2u).xyz);
     uint across = (args.width_px + BD_SCREEN_BLOCK_SIDE - 1u) / BD_SCREEN_BLOCK_SIDE;
     uvec4 bound = bounds[pixel.y / BD_SCREEN_BLOCK_SIDE * across + pixel.x / BD_SCREEN_BLOCK_SIDE];
+#ifdef BD_GLOSSY
+    own = surface(BD_LOAD(screen_surfaces, index * BD_SCREEN_SURFACE_VEC4S),
+                  BD_LOAD(screen_surfaces, index * BD_SCREEN_SURFACE_VEC4S + 1u),
+                  BD_LOAD(screen_surfaces, index * BD_SCREEN_SURFACE_VEC4S + 2u).xy);
+#endif
     if (place.w > 0.0)
         for (uint y = bound.y; y < bound.w; y++)
             for (uint x = bound.x; x < bound.z; x++) walk(r, uvec2(x, y));
-#ifdef BD_PRINTED
+#ifndef BD_PRINTED
+    float part = part_of_hemisphere(sum.a);
+    sum.rgb *= part;
+#ifdef BD_GLOSSY
+    lobe.rgb *= part * part_of_lobe(lobe.a);
+#endif
+#endif
     light[index] = vec4(sum.rgb, looked);
-#else
-    light[index] = vec4(sum.rgb * part_of_hemisphere(sum.a), looked);
+#ifdef BD_GLOSSY
+    lobes[index] = vec4(lobe.rgb, 0.0);
 #endif
 }
