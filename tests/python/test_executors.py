@@ -89,6 +89,15 @@ def test_glossy_receivers(glossy_scene, technique, asked):
     assert numpy.sqrt(((native - device)[~differ] ** 2).mean()) < 1e-5 * device.mean()
 
 
+@pytest.mark.parametrize("asked", [{"clamp": 2}, {"paper_mode": 1}], ids=["exact", "as printed"])
+def test_lobes_of_the_screen(glossy_scene, asked):
+    asked = {"residual": "screen", "iterations": 2, **asked}
+    device, native = (indirect(glossy_scene, "ssbc", executor, **asked) for executor in ("device", "native"))
+    clamped = indirect(glossy_scene, "ssbc", "native", **{**asked, "iterations": 0})
+    assert native.mean() > 1.005 * clamped.mean()
+    assert_same(device, native)
+
+
 @pytest.mark.parametrize("asked", [{"tau": 0, "vpls": 4096}, {"tree_cut": "bound", "tau": 0.001}, {"tree_cut": "level", "tau": 0.01},
                                    {"vpls": 256, "tree_roots": 256}, {"vpls": 65536, "tree_roots": 1, "vpl_kernel": "disk"}],
                          ids=["leaves", "bound", "level", "roots", "one root"])
