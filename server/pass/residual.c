@@ -72,69 +72,11 @@ static enum bd_err add_texture(struct residual *s, struct bd_tex *tex, bool writ
 
 // --- where a receiver looks ---------------------------------------------------------------------
 
-// Slopes at which tangents of a circle go past it, seen from the origin: `across` and `depth` of
-// its middle. All of them where it reaches behind the viewer.
-static void tangents_of(double across, double depth, double radius, double slope[2])
-{
-    const double far2 = depth * depth - radius * radius;
-    slope[0] = -INFINITY;
-    slope[1] = INFINITY;
-    if (depth <= radius || far2 <= 1e-9 * depth * depth) return;
-    const double root = radius * sqrt(across * across + far2);
-    slope[0] = (across * depth - root) / far2;
-    slope[1] = (across * depth + root) / far2;
-}
-
-// Pixels of a side before which it begins and ends.
-static void pixels_of(const double slope[2], double half, uint32_t side_px, uint32_t out[2])
-{
-    const double first = (slope[0] / half + 1) / 2 * side_px - 1;
-    const double last = (slope[1] / half + 1) / 2 * side_px + 1;
-    out[0] = (uint32_t)fmin(fmax(floor(first), 0), side_px);
-    out[1] = (uint32_t)fmin(fmax(ceil(last), 0), side_px);
-}
-
-// Exact bounds of the sphere about a pixel in the picture: left, right, top, bottom.
-static void look_around(const struct residual *s, f3 position, uint32_t bounds[4])
-{
-    const struct bd_viewpoint *v = &s->screen->viewpoint;
-    const bd_dvec3 to = {position.x - s->screen->eye.x, position.y - s->screen->eye.y,
-                         position.z - s->screen->eye.z};
-    const double right = bd_dvec3_dot(to, v->axis_x), down = -bd_dvec3_dot(to, v->axis_y);
-    const double depth = -bd_dvec3_dot(to, v->axis_z), r = s->radius;
-    const double per_m = s->screen->per_m;
-    double across[2] = {right - r, right + r}, along[2] = {down - r, down + r};
-    if (!v->orthographic) tangents_of(right, depth, r, across);
-    if (!v->orthographic) tangents_of(down, depth, r, along);
-    pixels_of(across, v->half_width * per_m, s->width_px, bounds);
-    pixels_of(along, v->half_height * per_m, s->height_px, bounds + 2);
-}
-
-// The printed radius, which is too small near the viewer and off the axis.
-static void look_around_as_printed(const struct residual *s, f3 position, uint32_t bounds[4])
-{
-    const struct bd_viewpoint *v = &s->screen->viewpoint;
-    const bd_dvec3 to = {position.x - s->screen->eye.x, position.y - s->screen->eye.y,
-                         position.z - s->screen->eye.z};
-    const double depth = v->orthographic ? 1 : -bd_dvec3_dot(to, v->axis_z);
-    const double length = v->orthographic ? 1 : sqrt(bd_dvec3_dot(to, to));
-    const double radius = s->radius / length;
-    const double right = bd_dvec3_dot(to, v->axis_x) / depth;
-    const double down = -bd_dvec3_dot(to, v->axis_y) / depth;
-    pixels_of((double[]){right - radius, right + radius}, v->half_width * s->screen->per_m,
-              s->width_px, bounds);
-    pixels_of((double[]){down - radius, down + radius}, v->half_height * s->screen->per_m,
-              s->height_px, bounds + 2);
-}
-
 static void widen(const struct residual *s, f3 position, struct bd_uvec4 *all)
 {
     const uint32_t shift = s->screen->level_count - 1, size = 1u << shift;
     uint32_t bounds[4];
-    if (s->screen->printed)
-        look_around_as_printed(s, position, bounds);
-    else
-        look_around(s, position, bounds);
+    bd_screen_bounds(s->screen, position, s->radius, bounds);
     const uint32_t left = bounds[0] >> shift, right = (bounds[1] + size - 1) >> shift;
     const uint32_t top = bounds[2] >> shift, bottom = (bounds[3] + size - 1) >> shift;
     all->x = left < all->x ? left : all->x;

@@ -17,6 +17,8 @@
 #define LONG 4.0f
 // A pixel whose middle is nearer to a crease than this part of half a pixel is lifted by as much.
 #define LIFTED 0.1f
+// Of what both cover, a gap between two pixels that no surface fills.
+#define TORN 1.0f
 
 struct build {
     const struct bd_pass_context *context;
@@ -148,6 +150,51 @@ static void fit_row(void *user, uint32_t y)
             fit_pixel(b->screen, x, y);
 }
 
+// --- what hides something -----------------------------------------------------------------------
+
+// Whether the surface goes on from one pixel to the next: their patches reach each other, but for
+// what curves.
+static bool goes_on(const struct bd_screen *s, size_t here, size_t next, bool along)
+{
+    const struct bd_screen_patch *own = &s->patches[here], *other = &s->patches[next];
+    const f3 way =
+        f3_sub(f3_from(&s->receivers[next].place_lit), f3_from(&s->receivers[here].place_lit));
+    const f3 half = along ? f3_from(&own->v) : f3_from(&own->u_part);
+    const f3 other_half = along ? f3_from(&other->v) : f3_from(&other->u_part);
+    const float sign = f3_dot(way, f3_add(half, other_half)) < 0 ? -1 : 1;
+    const f3 gap = f3_sub(way, f3_scale(f3_add(half, other_half), sign));
+    return s->receivers[next].place_lit.w > 0 &&
+           f3_length(gap) <= TORN * (f3_length(half) + f3_length(other_half));
+}
+
+static bool is_torn(const struct bd_screen *s, uint32_t x, uint32_t y)
+{
+    const size_t here = (size_t)y * s->width_px + x;
+    if (s->receivers[here].place_lit.w == 0 || s->patches[here].u_part.w < 1) return true;
+    return !((x == 0 || goes_on(s, here, here - 1, false)) &&
+             (x + 1 == s->width_px || goes_on(s, here, here + 1, false)) &&
+             (y == 0 || goes_on(s, here, here - s->width_px, true)) &&
+             (y + 1 == s->height_px || goes_on(s, here, here + s->width_px, true)));
+}
+
+// Before pixels are fitted to each other.
+static void tear_row(void *user, uint32_t y)
+{
+    const struct bd_screen *s = ((const struct build *)user)->screen;
+    for (uint32_t x = 0; x < s->width_px; x++)
+        s->torn[(size_t)y * s->width_px + x] = is_torn(s, x, y);
+}
+
+static bool any_torn(const struct bd_screen *s, uint32_t level, uint32_t x, uint32_t y)
+{
+    const struct bd_uvec4 *finer = &s->levels[level - 1];
+    bool any = false;
+    for (uint32_t v = 2 * y; v < 2 * y + 2 && v < finer->y; v++)
+        for (uint32_t u = 2 * x; u < 2 * x + 2 && u < finer->x; u++)
+            any |= s->torn[finer->z + (size_t)v * finer->x + u];
+    return any;
+}
+
 // --- levels -------------------------------------------------------------------------------------
 
 // The part's children that cover anything.
@@ -204,7 +251,12 @@ static void join(const struct bd_screen *s, uint32_t level, uint32_t x, uint32_t
 static void join_row(void *user, uint32_t y)
 {
     const struct build *b = user;
-    for (uint32_t x = 0; x < b->screen->levels[b->level].x; x++) join(b->screen, b->level, x, y);
+    const struct bd_screen *s = b->screen;
+    const struct bd_uvec4 *l = &s->levels[b->level];
+    for (uint32_t x = 0; x < l->x; x++) {
+        join(s, b->level, x, y);
+        s->torn[l->z + (size_t)y * l->x + x] = any_torn(s, b->level, x, y);
+    }
 }
 
 // Towards the eye, in front of all that is seen: a receiver right at a crease would lie in the
@@ -234,7 +286,8 @@ static enum bd_err each_row(struct build *b, void (*work)(void *user, uint32_t y
 
 static enum bd_err join_levels(struct build *b)
 {
-    enum bd_err err = each_row(b, fit_row);
+    enum bd_err err = each_row(b, tear_row);
+    if (!err) err = each_row(b, fit_row);
     if (!err) err = each_row(b, lift_row);
     for (b->level = 1; !err && b->level < b->screen->level_count; b->level++)
         err = each_row(b, join_row);
@@ -281,50 +334,6 @@ enum bd_err bd_screen_shine(const struct bd_pass_context *context, struct bd_scr
     return err;
 }
 
-// --- what is there ------------------------------------------------------------------------------
-
-// Of a pixel's patch: rounding, and how far a curved surface leaves its plane, of a pixel's size.
-#define WIDER     1.02f
-#define OFF_PLANE 0.1f
-
-// How much of a place is a pixel's, whose plane and patch hold it.
-static float held_by(const struct bd_screen *s, int64_t x, int64_t y, f3 position, f3 normal)
-{
-    if (x < 0 || y < 0 || x >= s->width_px || y >= s->height_px) return 0;
-    const size_t pixel = (size_t)y * s->width_px + (size_t)x;
-    const struct bd_screen_part *part = &s->parts[pixel];
-    const struct bd_screen_patch *patch = &s->patches[pixel];
-    const f3 u = f3_from(&patch->u_part), v = f3_from(&patch->v);
-    const f3 own_normal = f3_from(&part->normal_radius);
-    const f3 off = f3_sub(position, f3_from(&part->middle_area));
-    if (part->middle_area.w == 0 || f3_dot(normal, own_normal) < 0.5f) return 0;
-    if (f_abs(f3_dot(off, own_normal)) > OFF_PLANE * part->normal_radius.w) return 0;
-    const f3 across = f3_cross(v, own_normal), along = f3_cross(u, own_normal);
-    const float right = f3_dot(off, across), up = f3_dot(off, along);
-    const bool inside = f_abs(right) <= WIDER * f_abs(f3_dot(u, across)) &&
-                        f_abs(up) <= WIDER * f_abs(f3_dot(v, along));
-    return inside ? patch->u_part.w : 0;
-}
-
-float bd_screen_holds(const struct bd_screen *s, f3 position, f3 normal)
-{
-    const struct bd_viewpoint *v = &s->viewpoint;
-    const bd_dvec3 to = {position.x - s->eye.x, position.y - s->eye.y, position.z - s->eye.z};
-    const double depth = v->orthographic ? s->per_m : -bd_dvec3_dot(to, v->axis_z);
-    if (depth <= 0) return 0;
-    const double right = bd_dvec3_dot(to, v->axis_x) / (depth * v->half_width);
-    const double down = -bd_dvec3_dot(to, v->axis_y) / (depth * v->half_height);
-    if (!(fabs(right) <= 1 && fabs(down) <= 1)) return 0;
-    const int64_t x = (int64_t)floor((right + 1) / 2 * s->width_px + .5 - v->sample_x_px);
-    const int64_t y = (int64_t)floor((down + 1) / 2 * s->height_px + .5 - v->sample_y_px);
-    // At a crease a pixel beside it holds the place.
-    const int64_t beside[5][2] = {{0, 0}, {1, 0}, {-1, 0}, {0, 1}, {0, -1}};
-    float most = 0;
-    for (int i = 0; i < 5 && most == 0; i++)
-        most = held_by(s, x + beside[i][0], y + beside[i][1], position, normal);
-    return most;
-}
-
 // --- all ----------------------------------------------------------------------------------------
 
 static enum bd_err make_room(struct bd_screen *s, uint32_t levels, bool glossy,
@@ -345,7 +354,8 @@ static enum bd_err make_room(struct bd_screen *s, uint32_t levels, bool glossy,
     s->receivers = calloc(pixels, sizeof *s->receivers);
     s->sends = calloc(pixels, sizeof *s->sends);
     s->surfaces = glossy ? calloc(pixels, sizeof *s->surfaces) : NULL;
-    if (s->parts && s->patches && s->receivers && s->sends && (s->surfaces || !glossy))
+    s->torn = calloc(s->part_count, sizeof *s->torn);
+    if (s->parts && s->patches && s->receivers && s->sends && s->torn && (s->surfaces || !glossy))
         return BD_ERR_OK;
     return bd_err_set(detail, BD_ERR_NO_MEMORY, "size", "no memory for what %ux%u pixels send",
                       s->width_px, s->height_px);
@@ -397,6 +407,7 @@ void bd_screen_destroy(struct bd_screen **screen)
     free((*screen)->receivers);
     free((*screen)->sends);
     free((*screen)->surfaces);
+    free((*screen)->torn);
     free(*screen);
     *screen = NULL;
 }

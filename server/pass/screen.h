@@ -6,7 +6,7 @@
 // where it grazes; at a crease up to there. Surfaces that are hidden or outside of the picture are
 // not there.
 //
-// On the processor, whatever the device. 148 bytes, and 48 for lobes, a pixel. Private to pass/.
+// On the processor, whatever the device. 150 bytes, and 48 for lobes, a pixel. Private to pass/.
 //
 // Thread: render thread, and the pool's.
 
@@ -26,6 +26,9 @@ struct bd_screen {
     struct bd_screen_patch *patches;
     struct bd_screen_receiver *receivers;
     struct bd_screen_surface *surfaces; // or NULL
+    // Of each part, whether it hides something, as far as one can see: the surface breaks off in it
+    // or grazes, or nothing is there.
+    uint8_t *torn;
     f3 *sends; // of a pixel: radiance for a unit of irradiance
     struct bd_viewpoint viewpoint;
     bd_dvec3 eye; // render space
@@ -53,6 +56,15 @@ void bd_screen_destroy(struct bd_screen **screen);
 
 // How much of a place on a surface the screen stands for: none of one that is hidden or outside.
 float bd_screen_holds(const struct bd_screen *screen, f3 position, f3 normal);
+
+// Of a sphere the pixels before which it begins and ends: left, right, top, bottom. Exact, or as
+// printed.
+void bd_screen_bounds(const struct bd_screen *screen, f3 position, float radius,
+                      uint32_t bounds[4]);
+
+// Whether all surfaces so near to a place that is in the picture are there, too, as far as one can
+// see: where the sphere may be seen nothing breaks off, nor is it the picture's edge.
+bool bd_screen_holds_about(const struct bd_screen *screen, f3 position, float radius);
 
 // What all parts send, of the irradiance of pixels: three floats each.
 BD_MUST_CHECK

@@ -11,6 +11,7 @@
 
 #include <cmocka.h>
 
+#include "pass/f3_arrays.h"
 #include "pass/residual.h"
 #include "view.h"
 
@@ -193,7 +194,7 @@ static bool judges_wall(const double at[3], double wanted, double *expected)
 }
 
 // A floor that sends nothing at y = 0 and a wall that does at x = 0, seen from between them.
-static struct view open_wall(struct world *w, double turn, bool orthographic)
+static void make_wall(struct world *w, double turn, bool orthographic)
 {
     const double floor[4][3] = {{0, 0, 3}, {4, 0, 3}, {4, 0, -3}, {0, 0, -3}};
     const double wall[4][3] = {{0, 0, 3}, {0, 0, -3}, {0, 4, -3}, {0, 4, 3}};
@@ -209,9 +210,19 @@ static struct view open_wall(struct world *w, double turn, bool orthographic)
         camera->near_m = .01f;
         camera->far_m = 10;
     }
+}
+
+static struct view look(struct world *w)
+{
     struct view view = view_open(w);
     view_look(&view, 0, SIDE, SIDE, true);
     return view;
+}
+
+static struct view open_wall(struct world *w, double turn, bool orthographic)
+{
+    make_wall(w, turn, orthographic);
+    return look(w);
 }
 
 static const double distances[] = {.02, .06, .1, .2, .3, .4};
@@ -365,27 +376,32 @@ static enum bd_err shine_by_place(const struct bd_pass_context *context, struct 
     return err;
 }
 
+// By the processor. With its pool, which is the caller's.
+static struct bd_screen *screen_of(struct view *view, struct bd_pool *pool)
+{
+    const struct bd_gather_inputs gather = {
+        .scene = view->scene, .viewpoint = &view->viewpoint, .gbuffer = view->gbuffer};
+    const struct bd_processor processor = {pool, bd_native_loops()};
+    struct bd_pass_context context = view->context;
+    struct bd_err_detail detail = {0};
+    struct bd_screen *screen;
+    context.processor = &processor;
+    const struct bd_screen_inputs inputs = {
+        .gather = &gather, .pool = pool, .lambert = true, .levels = BD_SCREEN_LEVELS_MAX};
+    if (bd_screen_create(&context, &inputs, &screen, &detail)) fail_msg("%s", detail.message);
+    assert_int_equal(shine_by_place(&context, screen), BD_ERR_OK);
+    return screen;
+}
+
 // Of a picture of odd sides, part of which shows nothing: what each level sends is what its pixels
 // send, however areas differ.
 static void levels_keep_area_and_power(void **state)
 {
     struct view view = open_wall(*state, M_PI / 5, false);
-    const struct bd_gather_inputs gather = {
-        .scene = view.scene, .viewpoint = &view.viewpoint, .gbuffer = NULL};
     struct bd_pool *pool = bd_pool_create(0);
-    const struct bd_processor processor = {pool, bd_native_loops()};
-    struct bd_pass_context context = view.context;
-    struct bd_gather_inputs own = gather;
-    struct bd_err_detail detail = {0};
-    struct bd_screen *screen;
-    context.processor = &processor;
     bd_gbuffer_destroy(view.world->gpu, &view.gbuffer);
     view_look(&view, 0, 123, 77, true);
-    own.gbuffer = view.gbuffer;
-    const struct bd_screen_inputs inputs = {
-        .gather = &own, .pool = pool, .lambert = true, .levels = BD_SCREEN_LEVELS_MAX};
-    if (bd_screen_create(&context, &inputs, &screen, &detail)) fail_msg("%s", detail.message);
-    assert_int_equal(shine_by_place(&context, screen), BD_ERR_OK);
+    struct bd_screen *screen = screen_of(&view, pool);
     const struct sums finest = sums_of(screen, 0);
     assert_int_equal(screen->level_count, 8); // to a single part
     for (uint32_t level = 1; level < screen->level_count; level++) {
@@ -399,8 +415,85 @@ static void levels_keep_area_and_power(void **state)
     view_close(&view);
 }
 
-// --- as printed
-// -----------------------------------------------------------------------------------
+// --- what is about a place ----------------------------------------------------------------------
+
+#define CARD_M   .35 // above the floor
+#define RADIUS_M .2
+#define STEP_M   .04
+#define CREASE_M .01 // so near to it a pixel may be either's
+
+// Over the floor beside a wall, a card that hides part of both from the camera.
+static struct view wall_and_card(struct world *w)
+{
+    const double card[4][3] = {
+        {.5, CARD_M, .25}, {.9, CARD_M, .25}, {.9, CARD_M, -.25}, {.5, CARD_M, -.25}};
+    make_wall(w, M_PI / 4, false);
+    const int32_t two_sided = world_add_material(w, 1);
+    w->scene->materials[two_sided].double_sided = true;
+    world_add_quad(w, two_sided, card, 1);
+    return look(w);
+}
+
+static bool is_near(const double a[3], const double b[3])
+{
+    return hypot(hypot(a[0] - b[0], a[1] - b[1]), a[2] - b[2]) < RADIUS_M;
+}
+
+// Whether the screen has every place of the floor, the wall and the card's lower side that is so
+// near, a few of them looked at.
+static bool has_all_about(const struct view *view, const struct bd_screen *screen,
+                          const double at[3])
+{
+    const float per_m = (float)view->scene->space.render_per_m;
+    const bd_dvec3 origin = view->scene->space.origin_m;
+    const f3 normals[3] = {{0, 1, 0}, {1, 0, 0}, {0, -1, 0}};
+    for (double u = -RADIUS_M; u <= RADIUS_M; u += STEP_M)
+        for (double v = -RADIUS_M; v <= RADIUS_M; v += STEP_M) {
+            const double places[3][3] = {{at[0] + u, 0, at[2] + v},
+                                         {0, at[1] + u, at[2] + v},
+                                         {at[0] + u, CARD_M, at[2] + v}};
+            for (int i = 0; i < 3; i++) {
+                const double *p = places[i];
+                const bool is_card = p[0] > .5 && p[0] < .9 && fabs(p[2]) < .25;
+                if (!is_near(p, at) || p[i == 1] < CREASE_M || (i == 2 && !is_card)) continue;
+                const f3 place = {(float)(p[0] - origin.x) * per_m,
+                                  (float)(p[1] - origin.y) * per_m,
+                                  (float)(p[2] - origin.z) * per_m};
+                if (bd_screen_holds(screen, place, normals[i]) == 0) return false;
+            }
+        }
+    return true;
+}
+
+// Who is told that the screen has all that is near can rely on it; and many are.
+static void the_screen_knows_what_it_holds(void **state)
+{
+    struct view view = wall_and_card(*state);
+    struct bd_pool *pool = bd_pool_create(0);
+    struct bd_screen *screen = screen_of(&view, pool);
+    const float radius = (float)(RADIUS_M * view.scene->space.render_per_m);
+    uint32_t told = 0, right = 0, had = 0;
+    for (uint32_t i = 0; i < SIDE * SIDE; i += 3) {
+        const f3 place = f3_from(&screen->receivers[i].place_lit);
+        const bd_dvec3 origin = view.scene->space.origin_m;
+        const double per_m = view.scene->space.render_per_m;
+        const double at[3] = {place.x / per_m + origin.x, place.y / per_m + origin.y,
+                              place.z / per_m + origin.z};
+        if (screen->receivers[i].place_lit.w == 0) continue;
+        const bool has_all = has_all_about(&view, screen, at);
+        const bool is_told = bd_screen_holds_about(screen, place, radius);
+        told += is_told;
+        had += has_all;
+        right += is_told && has_all;
+    }
+    print_message("    %u of %u are told, %u of them rightly\n", told, had, right);
+    assert_true(right == told && told > had / 3);
+    bd_screen_destroy(&screen);
+    bd_pool_destroy(&pool);
+    view_close(&view);
+}
+
+// --- as printed ---------------------------------------------------------------------------------
 
 // What was mended shows beside a wall: parts that span the edge are judged by their middles, which
 // lie below a horizon, and all that they hold is lost.
@@ -429,8 +522,7 @@ static void the_printed_form_is_further_off(void **state)
     view_close(&view);
 }
 
-// --- energy
-// ---------------------------------------------------------------------------------------
+// --- energy -------------------------------------------------------------------------------------
 
 // Fins behind one another hide each other from the wall: what all of them send there together is
 // not more than a hemisphere sends.
@@ -469,6 +561,7 @@ int main(void)
         cmocka_unit_test(a_ceiling_gives_back_what_is_near),
         cmocka_unit_test(iterations_go_as_powers),
         cmocka_unit_test(levels_keep_area_and_power),
+        cmocka_unit_test(the_screen_knows_what_it_holds),
         cmocka_unit_test(the_printed_form_is_further_off),
         cmocka_unit_test(no_energy_is_made),
     };
