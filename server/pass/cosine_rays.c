@@ -101,6 +101,7 @@ static void aim_group(void *user, uint32_t group)
         if (receivers->lit[lane] == 0 || at.place % r->one_of != 0) continue;
         at.place /= r->one_of;
         at.position = f3_at(&starts->position, lane);
+        if (r->needs_none && r->needs_none(r->user, at.position)) continue;
         at.normal = f3_at(&receivers->normal, lane);
         at.normal_geometric = f3_at(&starts->normal_geometric, lane);
         at.basis = bd_basis_of(at.normal);

@@ -16,6 +16,9 @@ struct bd_cosine_rays {
     uint64_t seed;
     uint32_t one_of; // of so many receivers, a power of two, one sends any; spread evenly
     float reach;     // of rays, render units; 0: as far as there is anything
+    // Of receivers who need none, or NULL; with `user`, from several threads.
+    bool (*needs_none)(const void *user, f3 position);
+    const void *user;
     // Of a part: its groups' rays side by side.
     uint32_t count;
     struct bd_ray *rays;

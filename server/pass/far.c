@@ -326,6 +326,13 @@ static enum bd_err light_part(void *user, const struct bd_receiver_part *part)
     return err;
 }
 
+// The screen has what rays would find.
+static bool screen_is_enough(const void *user, f3 position)
+{
+    const struct bd_far_inputs *in = user;
+    return bd_screen_holds_about(in->screen, position, 1 / sqrtf(in->clamp));
+}
+
 // --- the pass -----------------------------------------------------------------------------------
 
 static enum bd_err run(const struct bd_pass_context *context, const struct bd_far_inputs *inputs,
@@ -340,7 +347,9 @@ static enum bd_err run(const struct bd_pass_context *context, const struct bd_fa
         .rays = {.of_receiver = inputs->rays,
                  .seed = inputs->seed,
                  .one_of = 1,
-                 .reach = inputs->clamp > 0 ? 1 / sqrtf(inputs->clamp) : 0},
+                 .reach = inputs->clamp > 0 ? 1 / sqrtf(inputs->clamp) : 0,
+                 .needs_none = inputs->screen ? screen_is_enough : NULL,
+                 .user = inputs},
         .of_points = of_points,
         .detail = detail,
     };

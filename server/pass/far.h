@@ -8,7 +8,7 @@
 //
 // The same of virtual lights that are clamped (algorithms.md A3), whose cos cos / r^2 is at most b:
 // within 1 / sqrt(b) a ray brings what that takes off, of all light, beside what a screen gave
-// back.
+// back. Where the screen is seen to hold all that is so near, none is asked.
 //
 // Of each receiver half of the rays make one picture and half another, which share no random
 // number. Unbiased but for the cache. Cost: a ray and a look into the cache, some .5 us of one
