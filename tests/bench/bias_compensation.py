@@ -1,17 +1,19 @@
 """Figures of screen-space bias compensation (algorithms.md B3), of `ssbc`: what a clamp takes off, who gives it back, at what price.
 
 usage: bias_compensation.py BUILD_DIR SCENES_DIR -o RESULT.json [--scenes NAME,NAME] [--side N] [--runs N]
-                            [--parts levels,cost,...] [--truths FOLDER]
+                            [--parts levels,cost,...] [--brdf lambert|full] [--truths FOLDER] [--sheet FILE.jpg]
 
-Of each scene, brdf=lambert, with so many virtual lights and rays that noise is small; clamps are told by their radius 1 / sqrt(clamp)
+Of each scene, with so many virtual lights and rays that noise is small; clamps are told by their radius 1 / sqrt(clamp)
 as a part of the scene's diagonal. Shares are of the sum of indirect light: `taken` by the clamp, of what short rays alone bring, and
 `given_back` of that by the screen and by both. `off_percent`: relative RMSE of the indirect layer against the reference, whose own
 noise is taken out by its halves.
 
-`levels`: parts that a pixel looks at and milliseconds of an iteration, by how many levels there are. `iterations`: 0 to 4.
+`ladder`: from clamped light over iterations, all pixels of the screen without levels, rays and both, to what one reflection alone is
+off; `off_percent` and of the sum, milliseconds of a frame. `levels`: parts that a pixel looks at and milliseconds of an iteration, by
+how many levels there are. `iterations`: 0 to 4.
 `thresholds`: how far a picture is off that of all pixels, one level, by when parts are looked at closer. `radii`: clamps. `cost`: an
 iteration beside the frame, defaults, medians of runs. `growth`: milliseconds of a frame by pixels, virtual lights and reflections, the
-rest as by default.
+rest as by default. The sheet has clamped, screen, both and truth side by side, a row a scene.
 """
 import math
 import pathlib
@@ -20,6 +22,7 @@ import sys
 import numpy
 
 import by_hand
+import films
 import live
 import many_light
 
@@ -39,14 +42,14 @@ class Subject:
         info = scene.info()
         self.scene, self.side, self.runs = scene, options.side, options.runs
         self.diagonal_m = math.dist(info["bounds_min"], info["bounds_max"])
-        self.name, self.truths, self.truth = name, options.truths, None
+        self.name, self.brdf, self.truths, self.truth = name, options.brdf, options.truths, None
 
     def clamp(self, radius):
         return {"clamp": f"{1 / (radius * self.diagonal_m) ** 2:.9g}"}
 
     def render(self, side=None, **settings):
         return self.scene.render(size=(side or self.side,) * 2, technique="ssbc", layers=["indirect"], fresh="all",
-                                 parameters={"brdf": "lambert", **settings})
+                                 parameters={"brdf": self.brdf, **settings})
 
     def frame_ms(self, **settings):
         frames = [self.render(**settings) for _ in range(self.runs)]
@@ -56,10 +59,16 @@ class Subject:
     def picture(self, **settings):
         return many_light.picture(self.render(**settings), "indirect")
 
-    def off(self, picture):
+    def halves(self):
         if self.truth is None:
-            self.truth = many_light.truth_of(self.scene, self.name, (self.side, self.side), "lambert", self.truths)["indirect"]
-        return round(many_light.error_percent(picture, self.truth), 2)
+            self.truth = many_light.truth_of(self.scene, self.name, (self.side, self.side), self.brdf, self.truths)["indirect"]
+        return self.truth
+
+    def off(self, picture):
+        return round(many_light.error_percent(picture, self.halves()), 2)
+
+    def sum_off(self, picture):
+        return round(100 * float(picture.mean() / numpy.mean(self.halves()) - 1), 2)
 
     def residual(self, iterations, **settings):
         """Parts a pixel and iteration, milliseconds of one, and the last picture."""
@@ -71,6 +80,32 @@ class Subject:
 
 def pass_ms(frame, name):
     return sum(p.get("ms") or 0 for p in frame.report["passes"] if p["name"] == name)
+
+
+RUNGS = {
+    "clamped": {"residual": "screen", "iterations": 0},
+    **{f"screen, {n}": {"residual": "screen", "iterations": n} for n in range(1, ITERATIONS + 1)},
+    "screen, 2, all pixels": {"residual": "screen", "iterations": 2, "residual_levels": 1, "residual_threshold": 0, "residual_edge_threshold": 0},
+    "both, 2": {"residual": "both", "iterations": 2},
+    "rays": {"residual": "rays"},
+}
+
+
+def ladder(subject):
+    clamp = subject.clamp(RADIUS)
+    for name, settings in RUNGS.items():
+        frame = subject.render(**QUIET, **clamp, **settings)
+        picture = many_light.picture(frame, "indirect")
+        yield {"rung": name, "off_percent": subject.off(picture), "sum_percent": subject.sum_off(picture), "ms": round(many_light.times_ms([frame]))}
+    once = many_light.picture(subject.scene.render(size=(subject.side,) * 2, technique="reference", layers=["indirect"], seed=1, parameters={
+        "brdf": subject.brdf, "alpha": "mask", "bounces": 1, "spp": many_light.TRUTH_SPP}), "indirect")
+    yield {"rung": "one reflection", "off_percent": subject.off(once), "sum_percent": subject.sum_off(once)}
+
+
+def strip(subject):
+    clamp = subject.clamp(RADIUS)
+    shown = [subject.picture(**QUIET, **clamp, **RUNGS[name]) for name in ("clamped", "screen, 2", "both, 2")]
+    return numpy.concatenate([*shown, numpy.mean(subject.halves(), axis=0)], axis=1)
 
 
 def levels(subject):
@@ -128,6 +163,7 @@ def growth(subject):
 
 
 PARTS = {
+    "ladder": lambda subject: list(ladder(subject)),
     "growth": growth,
     "cost": cost,
     "levels": lambda subject: list(levels(subject)),
@@ -149,15 +185,23 @@ def main(words=None):
     made.add_argument("--side", type=by_hand.count, default=192)
     made.add_argument("--runs", type=by_hand.count, default=5)
     made.add_argument("--parts", type=lambda text: text.split(","), default=list(PARTS))
+    made.add_argument("--brdf", choices=("lambert", "full"), default="lambert")
     made.add_argument("--truths", type=pathlib.Path)
+    made.add_argument("--sheet", type=pathlib.Path)
     options = by_hand.parse(made, words, names=SCENES)
-    result = {"command": f"bias_compensation.py BUILD SCENES -o RESULT --side {options.side} --runs {options.runs} --parts {','.join(options.parts)} --scenes {','.join(options.names)}",
+    strips = []
+    result = {"command": f"bias_compensation.py BUILD SCENES -o RESULT --side {options.side} --runs {options.runs} --parts {','.join(options.parts)} --brdf {options.brdf} --scenes {','.join(options.names)}",
               "machine": live.machine(options.build), "rows": []}
     with live.package(options.build).private() as daemon:
         for name in options.names:
             scene = daemon.scenes.add(options.scenes / f"{name}.glb")
-            result["rows"].append(rows_of(Subject(scene, name, options), name, options.parts))
+            subject = Subject(scene, name, options)
+            result["rows"].append(rows_of(subject, name, options.parts))
+            if options.sheet:
+                strips.append(strip(subject))
     by_hand.write(result, options.output)
+    if strips:
+        films.save(strips, options.sheet)
 
 
 if __name__ == "__main__":
