@@ -87,19 +87,16 @@ static float left_out(const struct far *f, float distance)
     return area > 0 ? area / (F_PI * distance * distance + area) : 0;
 }
 
-// What clamped ones do, and no screen has given back.
+// What clamped ones do.
 static float taken_off(const struct far *f, uint32_t group, uint32_t ray,
                        const struct bd_surface_point *at)
 {
-    const struct bd_far_inputs *in = f->inputs;
     const float *d = f->rays.rays[ray].direction, distance = f->rays.hits[ray].distance;
     const f3 direction = f3_of(d[0], d[1], d[2]);
     const f3 normal = f3_at(&f->part->receivers[group].normal, f->rays.lanes[ray] / HALVES);
     const float cosines = -f3_dot(normal, direction) * f3_dot(at->normal, direction);
-    const float bound = in->clamp * distance * distance;
-    if (!(cosines > bound)) return 0;
-    const float part = 1 - bound / cosines;
-    return in->screen ? part * (1 - bd_screen_holds(in->screen, at->position, at->normal)) : part;
+    const float bound = f->inputs->clamp * distance * distance;
+    return cosines > bound ? 1 - bound / cosines : 0;
 }
 
 static void add(const struct far *f, uint32_t group, uint8_t lane, f3 irradiance)

@@ -7,8 +7,8 @@
 // it, whatever A: a large one makes light of few virtual lights smooth, and noise of it.
 //
 // The same of virtual lights that are clamped (algorithms.md A3), whose cos cos / r^2 is at most b:
-// within 1 / sqrt(b) a ray brings what that takes off, of all light, beside what a screen gave
-// back. Where the screen is seen to hold all that is so near, none is asked.
+// within 1 / sqrt(b) a ray brings what that takes off, of all light. Where a screen is seen to hold
+// all that is so near, which gives that back, none is asked.
 //
 // Of each receiver half of the rays make one picture and half another, which share no random
 // number. Unbiased but for the cache. Cost: a ray and a look into the cache, some .5 us of one
@@ -42,7 +42,7 @@ struct bd_far_inputs {
     const struct bd_first_light *first;
     float area;    // A, render units squared; 0: nothing was left out near virtual lights
     float clamp;   // b, per render unit squared, instead of A; 0: none
-    const struct bd_screen *screen; // of clamped lights: what gave back what it holds; or NULL
+    const struct bd_screen *screen; // of clamped lights: who needs no rays; or NULL
     uint32_t rays; // of a receiver: even, 2 to BD_FAR_RAYS_MAX
     uint64_t seed;
     enum bd_sends sends; // what surfaces do

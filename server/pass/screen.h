@@ -54,9 +54,6 @@ enum bd_err bd_screen_create(const struct bd_pass_context *context,
                              struct bd_err_detail *detail);
 void bd_screen_destroy(struct bd_screen **screen);
 
-// How much of a place on a surface the screen stands for: none of one that is hidden or outside.
-float bd_screen_holds(const struct bd_screen *screen, f3 position, f3 normal);
-
 // Of a sphere the pixels before which it begins and ends: left, right, top, bottom. Exact, or as
 // printed.
 void bd_screen_bounds(const struct bd_screen *screen, f3 position, float radius,

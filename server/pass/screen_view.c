@@ -1,8 +1,8 @@
-// What a screen (pass/screen.h) shows of places: where they may be seen, and whether they are.
+// What a screen (pass/screen.h) shows of what is about a place: where that may be seen, and whether
+// all of it is.
 
 #include <math.h>
 
-#include "pass/f3_arrays.h"
 #include "pass/screen.h"
 
 // Across a receiver's neighbourhood: parts of the level at which it is looked at.
@@ -72,49 +72,7 @@ void bd_screen_bounds(const struct bd_screen *s, f3 position, float radius, uint
         look_around(s, position, radius, bounds);
 }
 
-// --- what is there ------------------------------------------------------------------------------
-
-// Of a pixel's patch: rounding, and how far a curved surface leaves its plane, of a pixel's size.
-#define WIDER     1.02f
-#define OFF_PLANE 0.1f
-
-// How much of a place is a pixel's, whose plane and patch hold it.
-static float held_by(const struct bd_screen *s, int64_t x, int64_t y, f3 position, f3 normal)
-{
-    if (x < 0 || y < 0 || x >= s->width_px || y >= s->height_px) return 0;
-    const size_t pixel = (size_t)y * s->width_px + (size_t)x;
-    const struct bd_screen_part *part = &s->parts[pixel];
-    const struct bd_screen_patch *patch = &s->patches[pixel];
-    const f3 u = f3_from(&patch->u_part), v = f3_from(&patch->v);
-    const f3 own_normal = f3_from(&part->normal_radius);
-    const f3 off = f3_sub(position, f3_from(&part->middle_area));
-    if (part->middle_area.w == 0 || f3_dot(normal, own_normal) < 0.5f) return 0;
-    if (f_abs(f3_dot(off, own_normal)) > OFF_PLANE * part->normal_radius.w) return 0;
-    const f3 across = f3_cross(v, own_normal), along = f3_cross(u, own_normal);
-    const float right = f3_dot(off, across), up = f3_dot(off, along);
-    const bool inside = f_abs(right) <= WIDER * f_abs(f3_dot(u, across)) &&
-                        f_abs(up) <= WIDER * f_abs(f3_dot(v, along));
-    return inside ? patch->u_part.w : 0;
-}
-
-float bd_screen_holds(const struct bd_screen *s, f3 position, f3 normal)
-{
-    const struct bd_viewpoint *v = &s->viewpoint;
-    const bd_dvec3 to = {position.x - s->eye.x, position.y - s->eye.y, position.z - s->eye.z};
-    const double depth = v->orthographic ? s->per_m : -bd_dvec3_dot(to, v->axis_z);
-    if (depth <= 0) return 0;
-    const double right = bd_dvec3_dot(to, v->axis_x) / (depth * v->half_width);
-    const double down = -bd_dvec3_dot(to, v->axis_y) / (depth * v->half_height);
-    if (!(fabs(right) <= 1 && fabs(down) <= 1)) return 0;
-    const int64_t x = (int64_t)floor((right + 1) / 2 * s->width_px + .5 - v->sample_x_px);
-    const int64_t y = (int64_t)floor((down + 1) / 2 * s->height_px + .5 - v->sample_y_px);
-    // At a crease a pixel beside it holds the place.
-    const int64_t beside[5][2] = {{0, 0}, {1, 0}, {-1, 0}, {0, 1}, {0, -1}};
-    float most = 0;
-    for (int i = 0; i < 5 && most == 0; i++)
-        most = held_by(s, x + beside[i][0], y + beside[i][1], position, normal);
-    return most;
-}
+// --- whether all of it is seen -------------------------------------------------------------------
 
 // At the level at which that is a few parts.
 static bool is_any_torn(const struct bd_screen *s, const uint32_t bounds[4])

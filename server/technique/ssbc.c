@@ -7,10 +7,10 @@
 //
 // Exact when: `vpls`, `walk_vpls`, `rays`, `iterations` and the picture's size grow, what is within
 //         1 / sqrt(clamp) of a surface is in the picture, and surfaces send light on evenly
-// Known:  what the picture gives back goes through what stands between; with residual=screen what
+// Known:  with residual=screen what the picture gives back goes through what stands between, what
 //         it does not show of a surface's neighbourhood gives nothing back, mirrors are blurred,
-//         and sub-frames share none; with indirect_bounces from 2 on the picture sends light on once
-//         more
+//         and sub-frames share none; with indirect_bounces from 2 on the picture sends light on
+//         once more
 // Price:  that of `rays` and `far_rays` a pixel, and some 100 parts of the picture a pixel and
 //         iteration
 
@@ -24,7 +24,7 @@
 #include "technique/far_light.h"
 #include "technique/technique.h"
 
-// What the clamp took off, of light that the picture shows.
+// What the clamp took off, where the picture shows all that is near.
 static enum bd_err give_back(const struct bd_pass_context *context,
                              const struct bd_technique_inputs *inputs, struct bd_screen *screen,
                              struct bd_indirect *indirect, struct bd_err_detail *detail)
@@ -38,13 +38,14 @@ static enum bd_err give_back(const struct bd_pass_context *context,
         .clamp = inputs->light_paths->clamped->clamp,
         .iterations = params->iterations,
         .once = params->indirect_bounces == 1,
+        .rays_bring_others = bd_params_bring_back(params),
         .smooth_sr = (float)params->residual_threshold,
         .edge_sr = (float)params->residual_edge_threshold,
     };
     return bd_residual_run(context, &residual, indirect, detail);
 }
 
-// Of light that it does not show; without a screen all of it. Lobes have rays of their own.
+// Elsewhere; without a screen everywhere. Lobes have rays of their own.
 static enum bd_err bring_back(const struct bd_pass_context *context,
                               const struct bd_technique_inputs *inputs,
                               const struct bd_gather_inputs *gather, const struct bd_screen *screen,
@@ -66,7 +67,8 @@ static enum bd_err bring_back(const struct bd_pass_context *context,
     return err;
 }
 
-// Rays first: what they bring is sent on by the picture, too.
+// Rays first: what they bring is sent on by the picture, too. The filter sees both, or it would
+// blur where one ends and the other begins.
 static enum bd_err complete(const struct bd_pass_context *context,
                             const struct bd_technique_inputs *inputs,
                             const struct bd_gather_chosen_inputs *chosen, struct bd_screen *screen,
@@ -78,9 +80,9 @@ static enum bd_err complete(const struct bd_pass_context *context,
                                            inputs->variance_part, false};
     enum bd_err err = BD_ERR_OK;
     if (rays) err = bring_back(context, inputs, chosen->gather, screen, indirect, detail);
-    if (!err && inputs->filtered)
-        err = bd_filter_light_run(context, chosen->gather, &smoothing, indirect, detail);
-    return err || !screen ? err : give_back(context, inputs, screen, indirect, detail);
+    if (!err && screen) err = give_back(context, inputs, screen, indirect, detail);
+    if (err || !inputs->filtered) return err;
+    return bd_filter_light_run(context, chosen->gather, &smoothing, indirect, detail);
 }
 
 static enum bd_err make_screen(const struct bd_pass_context *context,
@@ -131,8 +133,8 @@ static const struct bd_technique_pass passes[] = {
     {"far", BD_WHEN_SHORT},
     {"gloss", BD_WHEN_SHORT | BD_WHEN_GLOSSY},
     {"rough", BD_WHEN_SHORT | BD_WHEN_ROUGH | BD_WHEN_FIRST},
-    {"filter", BD_WHEN_FILTERED},
     {"residual", BD_WHEN_SCREEN | BD_WHEN_FIRST},
+    {"filter", BD_WHEN_FILTERED},
     {NULL, 0},
 };
 static const struct bd_param_default defaults[] = {

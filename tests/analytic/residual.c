@@ -434,6 +434,23 @@ static struct view wall_and_card(struct world *w)
     return look(w);
 }
 
+// Whether a pixel where the place may be seen is of its surface, and as near to it as pixels are.
+static bool shows(const struct bd_screen *screen, f3 place, f3 normal)
+{
+    uint32_t bounds[4];
+    bd_screen_bounds(screen, place, 1e-6f, bounds);
+    for (uint32_t y = bounds[2]; y < bounds[3]; y++)
+        for (uint32_t x = bounds[0]; x < bounds[1]; x++) {
+            const size_t pixel = (size_t)y * screen->width_px + x;
+            const f3 off = f3_sub(place, f3_from(&screen->parts[pixel].middle_area));
+            const struct bd_vec4 *own = &screen->parts[pixel].normal_radius;
+            if (screen->receivers[pixel].place_lit.w > 0 && f3_dot(f3_from(own), normal) > .9f &&
+                f3_length(off) < 4 * own->w)
+                return true;
+        }
+    return false;
+}
+
 static bool is_near(const double a[3], const double b[3])
 {
     return hypot(hypot(a[0] - b[0], a[1] - b[1]), a[2] - b[2]) < RADIUS_M;
@@ -459,7 +476,7 @@ static bool has_all_about(const struct view *view, const struct bd_screen *scree
                 const f3 place = {(float)(p[0] - origin.x) * per_m,
                                   (float)(p[1] - origin.y) * per_m,
                                   (float)(p[2] - origin.z) * per_m};
-                if (bd_screen_holds(screen, place, normals[i]) == 0) return false;
+                if (!shows(screen, place, normals[i])) return false;
             }
         }
     return true;

@@ -24,18 +24,24 @@ static double mean_of(const struct bd_image *image)
 }
 
 // Of indirect light, with few settings beside many lights and rays.
-static double render_mean(struct world *w, const char *residual, const char *clamp,
-                          const char *iterations, bool *ran)
+static double render_camera(struct world *w, uint32_t camera, const char *residual,
+                            const char *clamp, const char *iterations, bool *ran)
 {
     const char *const settings[] = {
         "brdf=lambert", "vpls=8192", "walk_vpls=8192", "rays=64", "far_rays=64", "cache_cells=8192",
         residual,       clamp,       iterations,       NULL};
     struct bd_image *layers[BD_LAYER_COUNT];
-    world_render(w, "ssbc", 0, SIDE_PX, SIDE_PX, 1u << BD_LAYER_INDIRECT, settings, layers);
+    world_render(w, "ssbc", camera, SIDE_PX, SIDE_PX, 1u << BD_LAYER_INDIRECT, settings, layers);
     const double mean = mean_of(layers[BD_LAYER_INDIRECT]);
     if (ran) *ran = world_times_run(&w->report, "residual") == 1;
     world_free_layers(layers);
     return mean;
+}
+
+static double render_mean(struct world *w, const char *residual, const char *clamp,
+                          const char *iterations, bool *ran)
+{
+    return render_camera(w, 0, residual, clamp, iterations, ran);
 }
 
 // --- the integrating sphere
@@ -96,6 +102,8 @@ static void make_room(struct world *w)
     add_box(w, material);
     world_add_light(w, BD_LIGHT_POINT, (const double[]){.4, .6, .3}, (const double[]){0, -1, 0}, 5);
     world_add_camera(w, (const double[]){.5, .2, .95}, (const double[]){-.3, -.4, -1}, 1.3);
+    // An edge of the room alone, whole but for where it leaves the picture.
+    world_add_camera(w, (const double[]){0, 0, .6}, (const double[]){1, 1, .3}, .8);
 }
 
 // The shares of the picture and of rays sum to 1, whatever the clamp.
@@ -123,11 +131,27 @@ static void who_gives_back_does_not_matter(void **state)
     }
 }
 
+// Where the picture has all that is near, it alone gives back; where it has not, rays alone do.
+static void an_edge_gets_back_once(void **state)
+{
+    struct world *w = *state;
+    const char *const clamp = "clamp=20";
+    bool ran;
+    make_room(w);
+    const double none = render_camera(w, 1, "residual=screen", clamp, "iterations=0", NULL);
+    const double rays = render_camera(w, 1, "residual=rays", clamp, "iterations=4", NULL);
+    const double both = render_camera(w, 1, "residual=both", clamp, "iterations=4", &ran);
+    print_message("    clamped %.4f, by rays %.4f, both %.4f\n", none, rays, both);
+    assert_true(ran && rays > 1.01 * none);
+    ASSERT_REL(both - none, rays - none, .05);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_clamp_leaves_its_part_and_rays_bring_the_rest),
         cmocka_unit_test(who_gives_back_does_not_matter),
+        cmocka_unit_test(an_edge_gets_back_once),
     };
     return cmocka_run_group_tests(tests, world_open, world_close);
 }
