@@ -130,7 +130,7 @@ struct bd_stage_row {
     uint32_t walking;      // the same, where light is sent on more than once
     uint32_t gathering;    // the same, where rays of a final gather say what is sent on
     uint32_t tracing;      // the same, where rays find what is seen
-    uint64_t params;       // bits of enum bd_param
+    bd_param_set params;
     bool reads_all_params; // that the technique reads
     bool is_keyless;       // it runs in every frame
     bool brackets_itself;  // its passes, for the clock: it alone knows when each runs

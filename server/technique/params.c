@@ -225,7 +225,7 @@ static bool is_alias(const struct param_row *row, uint32_t choice, const char *w
 // Numbers that may be "inf" too.
 static bool is_unlimited(const struct param_row *row)
 {
-    const uint64_t unlimited =
+    const bd_param_set unlimited =
         BD_READS(BD_PARAM_BOUNCES) | BD_READS(BD_PARAM_CLAMP) | BD_READS(BD_PARAM_DEPTH_THRESHOLD) |
         BD_READS(BD_PARAM_NORMAL_THRESHOLD) | BD_READS(BD_PARAM_MATERIAL_THRESHOLD) |
         BD_READS(BD_PARAM_LIGHT_THRESHOLD) | BD_READS(BD_PARAM_CLUSTER_DEPTH_THRESHOLD) |
@@ -266,7 +266,7 @@ static void set_as_printed(struct bd_params *params)
 static void set_defaults(const struct bd_technique *technique, bool paper_mode,
                          struct bd_params *params)
 {
-    const uint64_t blocks = BD_READS_FRAGMENTS | BD_READS(BD_PARAM_LIGHT_THRESHOLD);
+    const bd_param_set blocks = BD_READS_FRAGMENTS | BD_READS(BD_PARAM_LIGHT_THRESHOLD);
     memset(params, 0, sizeof *params);
     for (int i = 0; i < BD_PARAM_COUNT; i++) store(&table[i], table[i].standard, params);
     for (uint32_t i = 0; i < technique->default_count; i++) {
@@ -537,7 +537,7 @@ void bd_param_describe(const struct bd_technique *technique, enum bd_param param
     write_value(row, &defaults, out->standard, sizeof out->standard);
 }
 
-uint64_t bd_params_hash(const struct bd_params *params, uint64_t which, uint64_t seed)
+uint64_t bd_params_hash(const struct bd_params *params, bd_param_set which, uint64_t seed)
 {
     for (int i = 0; i < BD_PARAM_COUNT; i++)
         if (which >> i & 1)

@@ -216,8 +216,10 @@ struct bd_param_default {
     double value;
 };
 
-// The bit of a technique's `params_read`.
-#define BD_READS(param) (UINT64_C(1) << (param))
+// A set of parameters, a bit of each: BD_READS(...) | BD_READS(...).
+__extension__ typedef unsigned __int128 bd_param_set;
+#define BD_READS(param) ((bd_param_set)1 << (param))
+_Static_assert(BD_PARAM_COUNT <= 128, "each has a bit");
 
 // Reads `list` against what the technique reads; what is not in it has its default.
 BD_MUST_CHECK
@@ -227,8 +229,8 @@ enum bd_err bd_params_read(const struct bd_param_list *list, const struct bd_tec
 // Whether the technique reads every parameter of `list`, whatever its value.
 bool bd_params_are_read(const struct bd_param_list *list, const struct bd_technique *technique);
 
-// A hash of the values of some of them, bits of BD_READS.
-uint64_t bd_params_hash(const struct bd_params *params, uint64_t which, uint64_t seed);
+// A hash of the values of some of them.
+uint64_t bd_params_hash(const struct bd_params *params, bd_param_set which, uint64_t seed);
 
 // Every parameter that the technique reads, as text, in the table's order.
 void bd_params_write(const struct bd_params *params, const struct bd_technique *technique,

@@ -185,7 +185,7 @@ struct bd_technique {
     // name. NULL if it has no indirect light. Where none is for glossy receivers, the pass that
     // lights (bd_technique_light_pass) lights those too.
     const struct bd_technique_pass *passes;
-    uint64_t params_read;                    // bits 1 << enum bd_param
+    bd_param_set params_read;
     const struct bd_param_default *defaults; // where they differ from the table's
     uint32_t default_count;
     struct bd_tolerance tolerance;
