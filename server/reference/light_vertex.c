@@ -17,7 +17,7 @@
 bool bd_path_has_light_vertices(const struct bd_path *path, uint32_t events)
 {
     const struct bd_integrand *integrand = path->integrand;
-    return integrand->light_vertices &&
+    return integrand->light_vertices && integrand->lamp_radius_m == 0 &&
            integrand->lights & integrand->indirect_lights & BD_REFERENCE_PUNCTUAL &&
            path->reference->punctuals.count > 0 && events >= 2 &&
            events - 1 <= integrand->bounces_max;

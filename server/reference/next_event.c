@@ -28,6 +28,7 @@ struct candidate {
     struct bd_illumination light;
     float value[3]; // scattered towards the eye; not set while has_value is false
     bool has_value;
+    float probability; // of what was drawn
 };
 
 // False if the punctual light gives nothing here, whatever is in the way.
@@ -36,9 +37,11 @@ static bool aim(const struct bd_path *path, const struct bd_vertex *vertex,
 {
     out->punctual = punctual;
     out->has_value = false;
+    out->probability = 1;
     return bd_punctual_illuminates(&path->reference->punctuals, punctual, vertex->position,
                                    &out->light) &&
-           bd_bsdf_is_reached(&vertex->bsdf.surface, out->light.direction);
+           (path->lamp_radius > 0 ||
+            bd_bsdf_is_reached(&vertex->bsdf.surface, out->light.direction));
 }
 
 static void evaluate(const struct bd_vertex *vertex, struct candidate *candidate)
@@ -76,7 +79,12 @@ static void weigh(struct bd_path *path, const struct bd_vertex *vertex,
 {
     struct candidate candidate;
     if (!aim(path, vertex, punctual, &candidate)) return;
-    evaluate(vertex, &candidate);
+    // Of a light with a radius by what it gives across: every part of it may be drawn.
+    if (path->lamp_radius > 0)
+        bd_vec3f_copy(candidate.value, candidate.light.normal_illuminance);
+    else
+        evaluate(vertex, &candidate);
+    candidate.probability = probability;
     bd_vec3f_scale(candidate.value, candidate.value, 1 / probability);
     float weight = bd_vec3f_luminance(candidate.value);
     if (weight > 0) offer(draw, &candidate, weight);
@@ -139,7 +147,7 @@ static bool weigh_punctuals(struct bd_path *path, const struct bd_vertex *vertex
     struct draw draw = {.u_taken = u, .u_even = u};
     if (path->reference->punctuals.count <= PUNCTUALS_WEIGHED)
         weigh_all(path, vertex, 0, &draw);
-    else if (path->integrand->lights_by_flux)
+    else if (path->integrand->lights_by_flux || path->lamp_radius > 0)
         weigh_by_flux(path, vertex, &draw);
     else
         weigh_by_place(path, vertex, &draw);
@@ -148,6 +156,7 @@ static bool weigh_punctuals(struct bd_path *path, const struct bd_vertex *vertex
     float weight = is_even ? draw.even_weight : draw.taken_weight;
     float probability = (1 - EVEN_SHARE) * weight / draw.sum + EVEN_SHARE / (float)draw.count;
     bd_vec3f_scale(chosen->value, chosen->value, 1 / probability);
+    chosen->probability *= probability;
     return true;
 }
 
@@ -162,13 +171,31 @@ static bool choose_punctual(struct bd_path *path, const struct bd_vertex *vertex
     return weigh_punctuals(path, vertex, u[0], chosen);
 }
 
+// Instead of its middle a direction towards a light with a radius, which scattering finds, too.
+static void spread(struct bd_path *path, const struct bd_vertex *vertex, struct candidate *chosen)
+{
+    if (!(path->lamp_radius > 0)) return;
+    const float pdf = bd_path_spread_lamp(path, &chosen->light);
+    float scatter_pdf;
+    bd_bsdf_eval(&vertex->bsdf, chosen->light.direction, chosen->value, &scatter_pdf);
+    bd_vec3f_filter(chosen->value, chosen->value, chosen->light.normal_illuminance);
+    const float found = scatter_pdf * bd_path_survival(path, vertex);
+    const bool is_found = pdf > 0 && path->integrand->indirect_visibility;
+    const float weight = is_found ? bd_path_power_weight(pdf, found) : 1;
+    bd_vec3f_scale(chosen->value, chosen->value, weight / chosen->probability);
+    chosen->has_value = true;
+}
+
 static bool reaches_punctual(struct bd_path *path, const struct bd_vertex *vertex,
                              const struct candidate *chosen)
 {
     const struct bd_reference *reference = path->reference;
     if (chosen->punctual->kind != BD_LIGHT_DIRECTIONAL) {
         bd_dvec3 at = chosen->punctual->position;
-        const float target[3] = {(float)at.x, (float)at.y, (float)at.z};
+        float target[3] = {(float)at.x, (float)at.y, (float)at.z};
+        if (path->lamp_radius > 0)
+            bd_vec3f_add_scaled(target, vertex->position, chosen->light.direction,
+                                chosen->light.distance);
         return bd_path_sees(path, vertex, target);
     }
     float across = 4 * (float)reference->geometry.radius;
@@ -191,7 +218,9 @@ void bd_path_add_punctuals(struct bd_path *path, const struct bd_vertex *vertex,
     if (!is_lit_by(path, BD_REFERENCE_PUNCTUAL) || path->reference->punctuals.count == 0) return;
     if (bd_bsdf_is_delta(&vertex->bsdf.surface)) return;
     struct candidate chosen;
-    if (!choose_punctual(path, vertex, &chosen) || !reaches_punctual(path, vertex, &chosen)) return;
+    if (!choose_punctual(path, vertex, &chosen)) return;
+    spread(path, vertex, &chosen);
+    if (!reaches_punctual(path, vertex, &chosen)) return;
     if (!chosen.has_value) evaluate(vertex, &chosen);
     float weight = found_weight(path, vertex, &chosen.light, found_pdf);
     bd_vec3f_scale(chosen.value, chosen.value, weight);

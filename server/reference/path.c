@@ -21,7 +21,8 @@ void bd_path_begin(const struct bd_reference *reference, const struct bd_integra
     path->events = path->ray_index = 0;
     bd_vec3f_set(path->throughput, 1, 1, 1);
     path->scatter_pdf = 0;
-    path->is_specular = true;
+    path->is_specular = path->only_mirrors = true;
+    path->lamp_radius = (float)(integrand->lamp_radius_m * units_per_m);
     path->clamp_per_unit2 = (float)(integrand->clamp_per_m2 / (units_per_m * units_per_m));
     // The rest of the light vertex is as large as all this, and often is not asked for.
     path->light_vertex.traced = path->light_vertex.found = false;
@@ -190,6 +191,7 @@ static bool scatter(struct bd_path *path, const struct bd_vertex *vertex, struct
     bd_vec3f_filter(path->throughput, path->throughput, weight);
     path->scatter_pdf = sample.pdf * survival;
     path->is_specular = sample.delta;
+    path->only_mirrors &= sample.delta;
     path->events++;
     step->from = vertex;
     bd_path_ray(path, vertex, sample.wi, INFINITY, &step->ray);
@@ -232,7 +234,7 @@ static bool is_ray_of_use(const struct bd_path *path)
 {
     const struct bd_reference *reference = path->reference;
     uint32_t lights = bd_path_lights(path, path->events + 1);
-    if (path->events < path->integrand->bounces_max) return true;
+    if (path->events < path->integrand->bounces_max || path->lamp_radius > 0) return true;
     return (lights & BD_REFERENCE_EMISSIVE && reference->emitters.count > 0) ||
            (lights & BD_REFERENCE_ENVIRONMENT && reference->sky.shines);
 }
@@ -248,7 +250,9 @@ static bool may_scatter(const struct bd_path *path)
 static bool walk(struct bd_path *path, const struct step *step, struct bd_vertex *vertex)
 {
     struct bd_intersection at;
-    if (!bd_path_intersect(path, &step->ray, &at)) {
+    const bool met = bd_path_intersect(path, &step->ray, &at);
+    bd_path_add_lamps(path, step->from, step->ray.direction, met ? at.distance : INFINITY);
+    if (!met) {
         add_sky(path, step->ray.direction);
         return false;
     }

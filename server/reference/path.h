@@ -65,6 +65,8 @@ struct bd_path {
     float throughput[3];
     float scatter_pdf;     // of the last direction, with the chance of its survival; per steradian
     bool is_specular;      // no other way could have found the last direction
+    bool only_mirrors;     // nor any before it
+    float lamp_radius;     // reference units
     struct bd_light_vertex light_vertex;
     float clamp_per_unit2;
     float sum[BD_PART_COUNT][3];
@@ -201,6 +203,13 @@ void bd_path_add_emitters(struct bd_path *path, const struct bd_vertex *vertex);
 float bd_path_emitter_weight(const struct bd_path *path, const struct bd_vertex *from,
                              const struct bd_intersection *at, const float direction[3]);
 float bd_path_sky_weight(const struct bd_path *path, const float direction[3]);
+
+// Of punctual lights with a radius (lamp.c). Draws a direction towards one, as which it then
+// stands; its pdf, or 0: it is a point to the place.
+float bd_path_spread_lamp(struct bd_path *path, struct bd_illumination *light);
+// Those that the ray which was scattered at `from` goes into before `distance`.
+void bd_path_add_lamps(struct bd_path *path, const struct bd_vertex *from, const float direction[3],
+                       float distance);
 
 // Light that went punctual light -> light vertex -> here (light_vertex.c).
 void bd_path_add_light_vertex(struct bd_path *path, const struct bd_vertex *vertex);

@@ -64,6 +64,10 @@ struct bd_integrand {
     bool lambert_senders; // surfaces other than the first seen reflect by their diffuse lobe alone,
                           // base colour x (1 - metallic) / pi: what a diffuse virtual light does
     bool transmission;    // false: transmissive surfaces are opaque with their base colour
+    // Of punctual lights: 0, points, or so large that scattering finds them, which then finds paths
+    // that no point is found by: light that went through or off something smooth and is seen in or
+    // through it. A directional light looks as large as that radius at one metre.
+    double lamp_radius_m;
     bool light_vertices;  // joins eye paths with points that punctual lights shine on, by multiple
                          // importance sampling: the same mean, less noise where a small spot lights
                          // a room. Off is a second estimator, to test the first

@@ -15,6 +15,7 @@ static void add_integrand(struct bd_sha256 *sha, const struct bd_integrand *inte
                           integrand->light_vertices,      integrand->lights_by_flux};
     bd_sha256_update(sha, words, sizeof words);
     bd_sha256_update(sha, &integrand->clamp_per_m2, sizeof integrand->clamp_per_m2);
+    bd_sha256_update(sha, &integrand->lamp_radius_m, sizeof integrand->lamp_radius_m);
     add_number(sha, integrand->bounces_max);
     add_number(sha, integrand->lights);
     add_number(sha, integrand->indirect_lights);

@@ -54,6 +54,7 @@ struct bd_integrand bd_reference_integrand_of(const struct bd_params *params)
         .lambert = params->lambert,
         .lambert_senders = params->senders_lambert,
         .transmission = params->transmission,
+        .lamp_radius_m = params->lamp_radius_m,
         .light_vertices = params->light_vertices,
     };
 }

@@ -201,6 +201,8 @@ static const struct param_row table[BD_PARAM_COUNT] = {
          "how steep a surface may fall off beside a point and not hide itself"),
     CHOICE(ISM_HOLES, "ism_holes", ism_holes, 1,
            "where no point lies nothing hides, or what texels beside it say", "open", "filled"),
+    REAL(LAMP_RADIUS, "lamp_radius", lamp_radius_m, 0, 1e6, 0,
+         "of punctual lights, metres, and of directional ones at one metre; 0: points"),
 };
 
 // Other words for choices. They are read, and never written.

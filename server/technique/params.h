@@ -107,6 +107,7 @@ enum bd_param {
     BD_PARAM_ISM_POINTS,
     BD_PARAM_ISM_BIAS,
     BD_PARAM_ISM_HOLES,
+    BD_PARAM_LAMP_RADIUS,
     BD_PARAM_COUNT,
 };
 
@@ -182,6 +183,7 @@ struct bd_params {
     uint32_t ism_size, ism_points;
     double ism_bias;
     uint32_t ism_holes; // 0 = open, 1 = filled
+    double lamp_radius_m;
 };
 
 // Of what a clamp takes off, of techniques that read `residual`: whether the picture gives it back,

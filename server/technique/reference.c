@@ -27,7 +27,8 @@ const struct bd_technique bd_technique_reference = {
                    BD_READS(BD_PARAM_INDIRECT_LIGHTS) | BD_READS(BD_PARAM_FILTER) |
                    BD_READS(BD_PARAM_ALPHA) | BD_READS(BD_PARAM_CLAMP) |
                    BD_READS(BD_PARAM_SENDERS) | BD_READS(BD_PARAM_TRANSMISSION) |
-                   BD_READS(BD_PARAM_LIGHT_VERTICES) | BD_READS(BD_PARAM_NOISE_FILTER),
+                   BD_READS(BD_PARAM_LIGHT_VERTICES) | BD_READS(BD_PARAM_LAMP_RADIUS) |
+                   BD_READS(BD_PARAM_NOISE_FILTER),
     .defaults = defaults,
     .default_count = sizeof defaults / sizeof *defaults,
     .tolerance = {.direct = 1e-3, .indirect = 1e-2},
