@@ -14,7 +14,6 @@
 #define UNITS_PER_BLOCK  16000.0
 #define UNITS_PER_TEXEL  1.0
 #define UNITS_PER_BOUNDS 400.0
-#define UNITS_PER_PLACE  30.0
 #define SIDE             ((uint32_t)BD_SCREEN_BLOCK_SIDE)
 
 struct residual {
@@ -38,19 +37,6 @@ struct residual {
 static uint32_t block_count(const struct residual *s)
 {
     return s->blocks_across * ((s->height_px + SIDE - 1) / SIDE);
-}
-
-// --- who asks -----------------------------------------------------------------------------------
-
-// Who is not seen to have all that is near asks for nothing.
-static void leave_row(void *user, uint32_t y)
-{
-    const struct residual *s = user;
-    for (size_t i = (size_t)y * s->width_px; i < (size_t)(y + 1) * s->width_px; i++) {
-        struct bd_vec4 *place = &s->screen->receivers[i].place_lit;
-        if (place->w > 0 && !bd_screen_holds_about(s->screen, f3_from(place), s->radius))
-            place->w = 0;
-    }
 }
 
 static bool any_asks(const struct bd_screen *screen)
@@ -334,13 +320,8 @@ static enum bd_err run(struct residual *s, struct bd_indirect *indirect)
     const struct bd_residual_inputs *in = s->inputs;
     const struct bd_tex *const fallen[] = {in->direct, in->area_light,
                                            in->once ? NULL : indirect->irradiance};
-    enum bd_err err = BD_ERR_OK;
-    bd_slicer_work(s->context.slicer, "residual");
-    if (in->rays_bring_others)
-        err = bd_receivers_each(&s->context, s->height_px, UNITS_PER_PLACE * s->width_px, leave_row,
-                                s);
-    if (err || !any_asks(s->screen)) return err;
-    err = make_room(s);
+    if (!any_asks(s->screen)) return BD_ERR_OK;
+    enum bd_err err = make_room(s);
     if (!err) err = set_up(s);
     for (int i = 0; !err && i < 3; i++)
         if (fallen[i]) err = add_texture(s, (struct bd_tex *)fallen[i], false, s->fallen);

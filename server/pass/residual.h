@@ -12,7 +12,8 @@
 //
 // Exact as pixels become small, for surfaces that are in the picture, face the receiver and hide
 // nothing from it. What hides behind others, or lies outside, is missing; surfaces that face it
-// from behind others give it light: both where the screen is not seen to hold all that is near.
+// from behind others give it light. Where the screen is not seen to hold all that is near both can
+// be left to rays (pass/screen.h).
 //
 // Cost: iterations x pixels x parts that are looked at, 100 to 1,000 (ReportCounts.screen_parts),
 // by the device or the processor's loops; some .7 to 2 us a pixel and iteration of two cores.
@@ -27,15 +28,13 @@
 #include "pass/screen.h"
 
 struct bd_residual_inputs {
-    struct bd_screen *screen; // what it sends is set, and who asks
+    struct bd_screen *screen; // what it sends is set
     struct bd_pool *pool;
     // What falls on surfaces that are seen, of direct light: RGBA32F, NULL where there is none.
     const struct bd_tex *direct, *area_light;
     float clamp;              // b, per render unit squared; above 0
     uint32_t iterations;      // at least 1
     bool once; // light is reflected once: direct light alone is sent on, in one iteration
-    // Who is not seen to have all that is near in the picture asks for nothing: rays bring it.
-    bool rays_bring_others;
     float smooth_sr, edge_sr; // above which a part is looked at closer, and one that spans an edge
 };
 

@@ -28,6 +28,7 @@ struct build {
     const float *irradiance;
     uint32_t level; // of the loop under way
     bool lambert;
+    float reach;
 };
 
 static struct bd_screen_part *part_at(const struct bd_screen *screen, uint32_t level, uint32_t x,
@@ -177,14 +178,6 @@ static bool is_torn(const struct bd_screen *s, uint32_t x, uint32_t y)
              (y + 1 == s->height_px || goes_on(s, here, here + s->width_px, true)));
 }
 
-// Before pixels are fitted to each other.
-static void tear_row(void *user, uint32_t y)
-{
-    const struct bd_screen *s = ((const struct build *)user)->screen;
-    for (uint32_t x = 0; x < s->width_px; x++)
-        s->torn[(size_t)y * s->width_px + x] = is_torn(s, x, y);
-}
-
 static bool any_torn(const struct bd_screen *s, uint32_t level, uint32_t x, uint32_t y)
 {
     const struct bd_uvec4 *finer = &s->levels[level - 1];
@@ -193,6 +186,17 @@ static bool any_torn(const struct bd_screen *s, uint32_t level, uint32_t x, uint
         for (uint32_t u = 2 * x; u < 2 * x + 2 && u < finer->x; u++)
             any |= s->torn[finer->z + (size_t)v * finer->x + u];
     return any;
+}
+
+// Before pixels are fitted to each other.
+static void tear_row(void *user, uint32_t y)
+{
+    const struct build *b = user;
+    const struct bd_screen *s = b->screen;
+    const struct bd_uvec4 *l = &s->levels[b->level];
+    for (uint32_t x = 0; x < l->x; x++)
+        s->torn[l->z + (size_t)y * l->x + x] =
+            b->level == 0 ? is_torn(s, x, y) : any_torn(s, b->level, x, y);
 }
 
 // --- levels -------------------------------------------------------------------------------------
@@ -251,30 +255,37 @@ static void join(const struct bd_screen *s, uint32_t level, uint32_t x, uint32_t
 static void join_row(void *user, uint32_t y)
 {
     const struct build *b = user;
-    const struct bd_screen *s = b->screen;
-    const struct bd_uvec4 *l = &s->levels[b->level];
-    for (uint32_t x = 0; x < l->x; x++) {
-        join(s, b->level, x, y);
-        s->torn[l->z + (size_t)y * l->x + x] = any_torn(s, b->level, x, y);
-    }
+    for (uint32_t x = 0; x < b->screen->levels[b->level].x; x++) join(b->screen, b->level, x, y);
+}
+
+// By the place that rays start from, too, so that both judge alike.
+static bool is_left_to_rays(const struct build *b, const struct bd_vec4 *at)
+{
+    return b->reach > 0 && !bd_screen_holds_about(b->screen, f3_from(at), b->reach);
 }
 
 // Towards the eye, in front of all that is seen: a receiver right at a crease would lie in the
 // plane of what is beside it, and get nothing from that.
-static void lift_row(void *user, uint32_t y)
+static void lift(const struct build *b, size_t pixel)
+{
+    struct bd_vec4 *at = &b->screen->receivers[pixel].place_lit;
+    const bd_dvec3 eye = b->screen->eye, axis = b->gather->viewpoint->axis_z;
+    const bd_dvec3 to = {eye.x - at->x, eye.y - at->y, eye.z - at->z};
+    const bd_dvec3 d = b->gather->viewpoint->orthographic ? axis : to;
+    if (b->screen->patches[pixel].v.w == 0) return;
+    const f3 way = f3_unit(f3_of((float)d.x, (float)d.y, (float)d.z));
+    *at = vec4_of(f3_add(f3_from(at), f3_scale(way, b->screen->patches[pixel].v.w)), at->w);
+}
+
+// After pixels are fitted: who asks, and from where.
+static void place_row(void *user, uint32_t y)
 {
     const struct build *b = user;
-    const struct bd_screen *s = b->screen;
-    const bool orthographic = b->gather->viewpoint->orthographic;
-    const bd_dvec3 axis = b->gather->viewpoint->axis_z;
-    for (size_t i = (size_t)y * s->width_px; i < (size_t)(y + 1) * s->width_px; i++) {
-        struct bd_vec4 *at = &s->receivers[i].place_lit;
-        const bd_dvec3 to = {b->screen->eye.x - at->x, b->screen->eye.y - at->y,
-                             b->screen->eye.z - at->z};
-        const bd_dvec3 d = orthographic ? axis : to;
-        if (s->patches[i].v.w == 0) continue;
-        const f3 way = f3_unit(f3_of((float)d.x, (float)d.y, (float)d.z));
-        *at = vec4_of(f3_add(f3_from(at), f3_scale(way, s->patches[i].v.w)), at->w);
+    const size_t width = b->screen->width_px;
+    for (size_t i = y * width; i < (y + 1) * width; i++) {
+        struct bd_vec4 *at = &b->screen->receivers[i].place_lit;
+        if (at->w > 0 && is_left_to_rays(b, at)) at->w = 0;
+        lift(b, i);
     }
 }
 
@@ -286,9 +297,12 @@ static enum bd_err each_row(struct build *b, void (*work)(void *user, uint32_t y
 
 static enum bd_err join_levels(struct build *b)
 {
-    enum bd_err err = each_row(b, tear_row);
+    enum bd_err err = BD_ERR_OK;
+    for (b->level = 0; !err && b->level < b->screen->level_count; b->level++)
+        err = each_row(b, tear_row);
+    b->level = 0;
     if (!err) err = each_row(b, fit_row);
-    if (!err) err = each_row(b, lift_row);
+    if (!err) err = each_row(b, place_row);
     for (b->level = 1; !err && b->level < b->screen->level_count; b->level++)
         err = each_row(b, join_row);
     return err;
@@ -382,8 +396,11 @@ enum bd_err bd_screen_create(const struct bd_pass_context *context,
     own.processor = &processor;
     screen->printed = inputs->printed;
     look_from(screen, inputs->gather);
-    struct build b = {
-        .context = &own, .gather = inputs->gather, .screen = screen, .lambert = inputs->lambert};
+    struct build b = {.context = &own,
+                      .gather = inputs->gather,
+                      .screen = screen,
+                      .lambert = inputs->lambert,
+                      .reach = inputs->reach};
     const struct bd_receivers_inputs receivers = {
         .askers = bd_gather_askers(inputs->gather),
         .glossy = true,

@@ -44,6 +44,9 @@ struct bd_screen_inputs {
     // they end, and the radius of a sphere's projection that is right on the axis far away (S3).
     bool printed;
     uint32_t levels;
+    // Of render units, within which the screen must be seen to hold all, or the pixel asks for
+    // nothing; 0: all ask.
+    float reach;
 };
 
 // `levels`: how many there are at most, 1 to BD_SCREEN_LEVELS_MAX.

@@ -14,6 +14,8 @@
 // Price:  that of `rays` and `far_rays` a pixel, and some 100 parts of the picture a pixel and
 //         iteration
 
+#include <math.h>
+
 #include "pass/area_direct.h"
 #include "pass/direct.h"
 #include "pass/filter_light.h"
@@ -38,7 +40,6 @@ static enum bd_err give_back(const struct bd_pass_context *context,
         .clamp = inputs->light_paths->clamped->clamp,
         .iterations = params->iterations,
         .once = params->indirect_bounces == 1,
-        .rays_bring_others = bd_params_bring_back(params),
         .smooth_sr = (float)params->residual_threshold,
         .edge_sr = (float)params->residual_edge_threshold,
     };
@@ -100,6 +101,7 @@ static enum bd_err make_screen(const struct bd_pass_context *context,
         .glossy = gather->glossy,
         .printed = params->paper_mode,
         .levels = params->residual_levels,
+        .reach = bd_params_bring_back(params) ? 1 / sqrtf(inputs->light_paths->clamped->clamp) : 0,
     };
     return bd_screen_create(context, &screen, out, detail);
 }
