@@ -12,7 +12,7 @@ noise is taken out by its halves.
 off; `off_percent` and of the sum, milliseconds of a frame. `levels`: parts that a pixel looks at and milliseconds of an iteration, by
 how many levels there are. `iterations`: 0 to 4.
 `thresholds`: how far a picture is off that of all pixels, one level, by when parts are looked at closer. `radii`: clamps. `cost`: an
-iteration beside the frame, defaults, medians of runs. `growth`: milliseconds of a frame by pixels, virtual lights and reflections, the
+iteration beside the frame, residual=screen, medians of runs. `growth`: milliseconds of a frame by pixels, virtual lights and reflections, the
 rest as by default. The sheet has clamped, screen, both and truth side by side, a row a scene.
 """
 import math
@@ -146,8 +146,8 @@ def shares(subject, clamp, iterations):
 
 
 def cost(subject):
-    frames = [subject.render(iterations=1) for _ in range(subject.runs)]
-    whole = subject.frame_ms(iterations=1)
+    frames = [subject.render(residual="screen", iterations=1) for _ in range(subject.runs)]
+    whole = subject.frame_ms(residual="screen", iterations=1)
     iteration = numpy.median([pass_ms(frame, "residual") for frame in frames])
     return {"frame_ms": whole, "iteration_ms": round(float(iteration), 1),
             "iteration_of_frame": round(float(iteration / whole), 3), "ns_per_pixel": round(1e6 * float(iteration) / subject.side ** 2)}
