@@ -183,7 +183,7 @@ static const struct param_row table[BD_PARAM_COUNT] = {
            "1", "2", "4"),
     CHOICE(RESIDUAL, "residual", residual, 2,
            "what gives back what the clamp takes off: the picture, short rays, or those where it "
-           "does not",
+           "does not show all that is near",
            "screen", "rays", "both"),
     COUNT(ITERATIONS, "iterations", iterations, 0, 4, 2,
           "how often the picture gives back what the clamp takes off; 0: never"),
