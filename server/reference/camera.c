@@ -57,3 +57,26 @@ void bd_lens_ray(const struct bd_lens *lens, const struct bd_geometry *geometry,
     ray->near = 0;
     ray->far = (float)(far - skipped);
 }
+
+bool bd_lens_sees(const struct bd_lens *lens, const float position[3], struct bd_seen *out)
+{
+    const bd_dvec3 place = {position[0], position[1], position[2]};
+    const bd_dvec3 to = bd_dvec3_sub(place, lens->position);
+    const double depth = -bd_dvec3_dot(to, lens->axis_z), length = bd_dvec3_length(to);
+    if (!(depth > lens->near) || !(depth < lens->far) || !(length > 0)) return false;
+    const double scale = lens->orthographic ? 1 : 1 / depth;
+    const double x = bd_dvec3_dot(to, lens->axis_x) * scale / lens->half_width;
+    const double y = bd_dvec3_dot(to, lens->axis_y) * scale / lens->half_height;
+    if (!(fabs(x) < 1) || !(fabs(y) < 1)) return false;
+    const double px2 =
+        lens->width_px * lens->height_px / (4 * lens->half_width * lens->half_height);
+    const double cosine = lens->orthographic ? 1 : depth / length;
+    out->x_px = (x + 1) / 2 * lens->width_px;
+    out->y_px = (1 - y) / 2 * lens->height_px;
+    // Of the plane at depth 1 a steradian has 1 / cosine^3, and at a distance 1 / length^2 of that.
+    out->px2_per_area =
+        lens->orthographic ? px2 : px2 / (cosine * cosine * cosine * length * length);
+    set_vector(out->to_eye, lens->orthographic ? lens->axis_z : bd_dvec3_scale(to, -1 / length));
+    out->reach = (float)((depth - lens->near) / cosine);
+    return true;
+}

@@ -24,4 +24,12 @@ struct bd_lens bd_lens_of(const struct bd_geometry *geometry,
 void bd_lens_ray(const struct bd_lens *lens, const struct bd_geometry *geometry, double x_px,
                  double y_px, struct bd_ray *ray, double *start, double *depth_per_distance);
 
+// How a place is seen, if it is in the picture and not cut off: in which pixel, over how many
+// square pixels of an area across the ray, and how far along `to_eye` (unit) nothing may stand.
+struct bd_seen {
+    double x_px, y_px, px2_per_area;
+    float to_eye[3], reach;
+};
+bool bd_lens_sees(const struct bd_lens *lens, const float position[3], struct bd_seen *out);
+
 #endif

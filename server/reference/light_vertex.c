@@ -23,24 +23,35 @@ bool bd_path_has_light_vertices(const struct bd_path *path, uint32_t events)
            events - 1 <= integrand->bounces_max;
 }
 
-static void trace(struct bd_path *path, struct bd_light_vertex *v)
+// Behind what is smooth: its flux, as of a light that gives that much to an area of 1 across it.
+static void trace_through(struct bd_path *path, struct bd_carried *carried,
+                          struct bd_light_vertex *v)
 {
-    const struct bd_punctuals *punctuals = &path->reference->punctuals;
-    float u[2], choice[2] = {0, 0};
-    bd_sampler_pair(&path->sampler, BD_PAIR_LIGHT_RAY, u);
-    if (punctuals->count > 1) bd_sampler_pair(&path->sampler, BD_PAIR_LIGHT_CHOICE, choice);
-    struct bd_ray ray = {
-        .far = INFINITY,
-        .alpha = path->integrand->alpha,
-        .coverage_seed = bd_path_ray_seed(path),
-    };
-    v->traced = true;
-    const struct bd_punctual *punctual =
-        bd_punctuals_sample_ray(punctuals, choice[0], u, ray.origin, ray.direction);
-    if (!bd_path_intersect(path, &ray, &v->at)) return;
-    if (!bd_punctual_illuminates(punctuals, punctual, v->at.position, &v->light)) return;
+    while (bd_path_is_smooth(path, carried))
+        if (carried->passed >= path->integrand->bounces_max || !bd_path_pass_on(path, carried))
+            return;
+    v->at = carried->at;
+    v->passed = carried->passed;
+    if (carried->passed > 0) {
+        bd_vec3f_copy(v->light.direction, carried->towards_light);
+        bd_vec3f_copy(v->light.normal_illuminance, carried->flux);
+        v->light.distance = 0; // what lies between has absorbed its part
+        v->light.pdf = 1;
+    }
     v->pdf = v->light.pdf * fabsf(bd_vec3f_dot(v->at.hit.normal_geometric, v->light.direction));
     v->found = v->pdf > 0;
+}
+
+static void trace(struct bd_path *path, struct bd_light_vertex *v)
+{
+    struct bd_carried carried;
+    float u[2], choice[2] = {0, 0};
+    bd_sampler_pair(&path->sampler, BD_PAIR_LIGHT_RAY, u);
+    if (path->reference->punctuals.count > 1)
+        bd_sampler_pair(&path->sampler, BD_PAIR_LIGHT_CHOICE, choice);
+    v->traced = true;
+    if (bd_path_leave_light(path, choice[0], u, &carried, &v->light))
+        trace_through(path, &carried, v);
 }
 
 // The light vertex as a vertex that sends light towards `wo`; its own `wo` is an earlier one's.
@@ -133,13 +144,14 @@ void bd_path_add_light_vertex(struct bd_path *path, const struct bd_vertex *vert
     if (!bd_path_has_light_vertices(path, path->events + 2)) return;
     if (bd_bsdf_is_delta(&vertex->bsdf.surface)) return;
     if (!v->traced) trace(path, v);
-    if (!v->found || !aim(path, vertex, &j) || !is_open(path, vertex, &j)) return;
+    if (!v->found || !bd_path_has_light_vertices(path, path->events + 2 + v->passed)) return;
+    if (!aim(path, vertex, &j) || !is_open(path, vertex, &j)) return;
     if (!evaluate(path, vertex, &j)) return;
     float per_area = j.cosine / (j.distance * j.distance);
-    float found_pdf = j.scatter_pdf * bd_path_survival(path, vertex) * per_area;
+    float found_pdf = v->passed > 0 ? 0 : j.scatter_pdf * bd_path_survival(path, vertex) * per_area;
     float receiver_cosine = bd_vec3f_dot(vertex->bsdf.surface.normal, j.wi);
     float factor = per_area / (v->pdf + found_pdf) *
                    bd_path_clamp(path, receiver_cosine, j.cosine, j.distance);
     bd_vec3f_scale(j.value, j.value, factor);
-    bd_path_add(path, path->events + 2, j.value);
+    bd_path_add(path, path->events + 2 + v->passed, j.value);
 }

@@ -31,6 +31,8 @@ struct bd_reference {
     struct bd_emitters emitters;
     struct bd_sky sky;
     struct bd_medium *media;
+    bool *smooth;    // by material: whether it may send light on as a mirror or clear glass does
+    bool has_smooth; // any of them
 };
 
 // A point where light is scattered towards the eye.
@@ -48,7 +50,8 @@ struct bd_light_vertex {
     const struct bd_punctual *punctual;
     struct bd_intersection at;
     struct bd_illumination light;
-    float pdf; // of being found, per area
+    float pdf;       // of being found, per area
+    uint32_t passed; // smooth surfaces on the way to it, through which nothing else finds it
     // Its surface as seen from before and from behind, made when first asked for: all vertices of a
     // path look at it, and what they see differs in its side alone.
     bool has_sender[2];
@@ -210,6 +213,25 @@ float bd_path_spread_lamp(struct bd_path *path, struct bd_illumination *light);
 // Those that the ray which was scattered at `from` goes into before `distance`.
 void bd_path_add_lamps(struct bd_path *path, const struct bd_vertex *from, const float direction[3],
                        float distance);
+
+// Sets what is smooth. BD_ERR_NO_MEMORY.
+BD_MUST_CHECK
+enum bd_err bd_reference_find_smooth(struct bd_reference *reference, struct bd_err_detail *detail);
+
+// Light on its way from a punctual light, at a surface that it has met (light_path.c).
+struct bd_carried {
+    struct bd_intersection at;
+    float towards_light[3]; // unit: where it came from
+    float flux[3];          // of all punctual lights, were this the only path
+    uint32_t passed;        // smooth surfaces
+};
+// Its first surface, by uniform numbers. False: none, or out of the light's reach.
+bool bd_path_leave_light(struct bd_path *path, float choice, const float u[2],
+                         struct bd_carried *out, struct bd_illumination *light);
+// On to the next surface by what is smooth of this one. False: it ends here.
+bool bd_path_pass_on(struct bd_path *path, struct bd_carried *carried);
+// Whether nothing of the surface is rough: no light can be sought there.
+bool bd_path_is_smooth(const struct bd_path *path, const struct bd_carried *carried);
 
 // Light that went punctual light -> light vertex -> here (light_vertex.c).
 void bd_path_add_light_vertex(struct bd_path *path, const struct bd_vertex *vertex);

@@ -70,6 +70,7 @@ static enum bd_err init_light(struct bd_reference *r, struct bd_err_detail *deta
 {
     r->unit_cd_m2 = unit_of(&r->geometry);
     enum bd_err err = set_media(r, detail);
+    if (!err) err = bd_reference_find_smooth(r, detail);
     if (!err) err = bd_punctuals_init(&r->punctuals, &r->geometry, r->unit_cd_m2, detail);
     if (!err) err = bd_emitters_init(&r->emitters, &r->geometry, detail);
     if (!err) err = bd_sky_init(&r->sky, &r->scene->environment, detail);
@@ -122,6 +123,7 @@ void bd_reference_destroy(struct bd_reference **reference)
     bd_punctuals_finish(&r->punctuals);
     bd_geometry_finish(&r->geometry);
     free(r->media);
+    free(r->smooth);
     bd_scene_release(&r->scene);
     free(r);
     *reference = NULL;

@@ -125,6 +125,9 @@ struct bd_reference_pixel {
     double sum[2][BD_PART_COUNT][3];      // by half
     double square_sum[BD_PART_COUNT][3];  // of single samples, both halves together
     double beauty_square_sum[3];          // of single samples' beauty
+    // Indirect light that paths from lights brought (film.h), which the sums above have not; and of
+    // its square, by path.
+    double landed[2][3], landed_square_sum[3];
     uint64_t nonfinite_count;             // samples that were NaN or infinite, left out of the sums
     uint64_t refused_ray_count;           // rays beyond what can be traced: they met nothing
     double coverage;                      // samples that met a surface
@@ -137,6 +140,20 @@ void bd_reference_trace(const struct bd_reference *reference, const struct bd_in
                         const struct bd_reference_view *view, uint64_t seed, uint32_t x_px,
                         uint32_t y_px, uint32_t first, uint32_t count,
                         struct bd_reference_pixel *pixel);
+
+// Light of punctual lights that smooth surfaces alone have sent on before it falls where the camera
+// sees it, which no path from the eye finds: caustics of points. Whether there may be any.
+bool bd_reference_has_light_paths(const struct bd_reference *reference,
+                                  const struct bd_integrand *integrand);
+// Luminance that a path from a light brings to a pixel, over its area, whatever the filter.
+typedef void (*bd_reference_land)(void *user, uint32_t x_px, uint32_t y_px, const double cd_m2[3]);
+// A path of a sample: those with a `number` below the picture's pixels are one estimate of all
+// pixels, each standing for all light. Calls `land` for each pixel that it gives anything to. A
+// function of these arguments, as samples are; none of it is in what bd_reference_trace gives.
+void bd_reference_light_path(const struct bd_reference *reference,
+                             const struct bd_integrand *integrand,
+                             const struct bd_reference_view *view, uint64_t seed, uint32_t half,
+                             uint32_t index, uint64_t number, bd_reference_land land, void *user);
 
 // Irradiance at a point with a unit normal, by the same estimator: for oracles. The point is in
 // world space and need not lie on a surface. Adds to `sums` what the samples of a pixel would, in

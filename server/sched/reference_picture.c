@@ -67,6 +67,12 @@ static double variance_of_mean(double sum, double square_sum, double count)
 // The layers of a half stand in this order behind its first, beauty.
 static const enum bd_reference_part parts[] = {BD_PART_DIRECT, BD_PART_INDIRECT, BD_PART_EMISSION};
 
+static double sum_of(const struct bd_reference_pixel *pixel, uint32_t half,
+                     enum bd_reference_part part, int c)
+{
+    return pixel->sum[half][part][c] + (part == BD_PART_INDIRECT ? pixel->landed[half][c] : 0);
+}
+
 static void store_half(const struct target *target, const struct bd_reference_pixel *pixel,
                        uint32_t half, uint32_t first_layer)
 {
@@ -74,7 +80,7 @@ static void store_half(const struct target *target, const struct bd_reference_pi
     for (uint32_t p = 0; p < BD_PART_COUNT; p++) {
         double mean[3];
         for (int c = 0; c < 3; c++) {
-            mean[c] = share(pixel->sum[half][parts[p]][c], pixel->sample_count[half]);
+            mean[c] = share(sum_of(pixel, half, parts[p], c), pixel->sample_count[half]);
             beauty[c] += mean[c];
         }
         put(target, first_layer + 1 + p, mean);
@@ -90,14 +96,17 @@ static void store_light(const struct target *target, const struct bd_reference_p
     for (uint32_t p = 0; p < BD_PART_COUNT; p++) {
         double sum[3];
         for (int c = 0; c < 3; c++) {
-            sum[c] = pixel->sum[0][parts[p]][c] + pixel->sum[1][parts[p]][c];
+            sum[c] = sum_of(pixel, 0, parts[p], c) + sum_of(pixel, 1, parts[p], c);
             beauty_sum[c] += sum[c];
             value[c] = share(sum[c], count);
         }
         put(target, BD_LAYER_DIRECT + p, value);
         if (p >= sizeof variances / sizeof variances[0]) continue;
+        const double landed = parts[p] == BD_PART_INDIRECT ? 1 : 0;
         for (int c = 0; c < 3; c++)
-            value[c] = variance_of_mean(sum[c], pixel->square_sum[parts[p]][c], count);
+            value[c] = variance_of_mean(
+                sum[c], pixel->square_sum[parts[p]][c] + landed * pixel->landed_square_sum[c],
+                count);
         put(target, variances[p], value);
     }
     for (int c = 0; c < 3; c++) value[c] = share(beauty_sum[c], count);
@@ -105,7 +114,8 @@ static void store_light(const struct target *target, const struct bd_reference_p
     bd_image_at(target->layers[BD_LAYER_BEAUTY], target->x_px, target->y_px)[3] =
         (float)share(pixel->coverage, count);
     for (int c = 0; c < 3; c++)
-        value[c] = variance_of_mean(beauty_sum[c], pixel->beauty_square_sum[c], count);
+        value[c] = variance_of_mean(
+            beauty_sum[c], pixel->beauty_square_sum[c] + pixel->landed_square_sum[c], count);
     put(target, BD_LAYER_VARIANCE, value);
 }
 

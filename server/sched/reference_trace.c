@@ -8,6 +8,7 @@
 #include "base/assert.h"
 #include "base/clock.h"
 #include "frame/plan.h"
+#include "reference/film.h"
 #include "sched/reference_filter.h"
 #include "sched/reference_picture.h"
 #include "sched/reference_subject.h"
@@ -23,6 +24,9 @@ _Static_assert(BD_MODEL_BOUNCES_UNLIMITED == BD_BOUNCES_UNLIMITED, "one word for
 // An item is a run of pixels and a range of samples of each half: 128 paths, a few milliseconds.
 #define ITEM_PIXELS  8u
 #define ITEM_SAMPLES 8u
+// Light paths of an item, and of a loop over items.
+#define ITEM_PATHS 1024u
+#define LOOP_ITEMS 65536u
 
 struct tracing {
     struct bd_job *job;
@@ -37,6 +41,8 @@ struct tracing {
     uint64_t band_first;                      // index of its first pixel in the region
     uint32_t band_count;
     uint32_t first_sample, sample_count;      // of each half, in the current loop
+    struct bd_film *film;                     // or NULL: no light paths
+    uint64_t first_path, path_count;          // in the current loop
     _Atomic uint64_t done;                    // pixels x samples of a half
     uint64_t total;
 };
@@ -119,6 +125,51 @@ static enum bd_err trace_band(struct bd_reference_runner *runner, struct tracing
     return err;
 }
 
+// --- light paths --------------------------------------------------------------------------------
+
+static void trace_paths(void *user, uint32_t item)
+{
+    struct tracing *tracing = user;
+    const uint64_t first = (uint64_t)item * ITEM_PATHS, left = tracing->path_count - first;
+    bd_film_trace(tracing->film, tracing->job->request.frame.seed, tracing->first_sample,
+                  tracing->first_path + first, left < ITEM_PATHS ? (uint32_t)left : ITEM_PATHS);
+    atomic_fetch_add(&tracing->done, (left < ITEM_PATHS ? left : ITEM_PATHS) / 2);
+}
+
+// Of the whole picture, whatever its region, and of all samples that are to come.
+static enum bd_err expose(struct bd_reference_runner *runner, struct tracing *tracing)
+{
+    const struct bd_params *params = &tracing->plan.params;
+    const struct bd_reference_view *view = &tracing->view;
+    const uint64_t samples = params->spp / 2 - tracing->traced.samples;
+    const uint64_t paths = 2 * samples * view->width_px * view->height_px;
+    enum bd_err err = bd_film_create(tracing->reference, &tracing->integrand, view, tracing->region,
+                                     &tracing->film, &tracing->job->result.detail);
+    tracing->first_sample = params->first_sample / 2 + tracing->traced.samples;
+    tracing->total += paths / 2;
+    for (tracing->first_path = 0; !err && tracing->first_path < paths;
+         tracing->first_path += tracing->path_count) {
+        const uint64_t left = paths - tracing->first_path, most = (uint64_t)LOOP_ITEMS * ITEM_PATHS;
+        tracing->path_count = left < most ? left : most;
+        err = bd_reference_runner_loop(
+            runner, tracing->caller,
+            (uint32_t)((tracing->path_count + ITEM_PATHS - 1) / ITEM_PATHS), trace_paths,
+            should_stop, tracing);
+    }
+    return err;
+}
+
+static void take_band(const struct tracing *tracing)
+{
+    for (uint32_t i = 0; tracing->film && i < tracing->band_count; i++) {
+        uint32_t x_px, y_px;
+        pixel_of(tracing, i, &x_px, &y_px);
+        bd_film_take(tracing->film, x_px, y_px, &tracing->band[i]);
+    }
+}
+
+// --- the picture --------------------------------------------------------------------------------
+
 // What was left out of the picture, and why.
 struct left_out {
     uint64_t nonfinite_count, refused_ray_count;
@@ -157,15 +208,23 @@ static enum bd_err trace_bands(struct bd_reference_runner *runner, struct tracin
     struct bd_reference_pixel *own = tracing->traced.pixels ? NULL : malloc(band_max * sizeof *own);
     BD_ASSERT(own || tracing->traced.pixels);
     enum bd_err err = BD_ERR_OK;
+    if (bd_reference_has_light_paths(tracing->reference, &tracing->integrand)) {
+        if (bd_reference_sums_may_keep(pixels))
+            err = expose(runner, tracing);
+        else
+            bd_report_flag(&tracing->job->result.report, "caustics_left_out: picture too large");
+    }
     for (uint64_t first = 0; !err && first < pixels; first += tracing->band_count) {
         tracing->band_first = first;
         tracing->band_count = pixels - first < band_max ? (uint32_t)(pixels - first) : band_max;
         tracing->band = own ? own : tracing->traced.pixels + first;
         if (own) memset(own, 0, band_max * sizeof *own);
         err = trace_band(runner, tracing);
+        if (!err) take_band(tracing);
         if (!err) store_band(tracing, &left_out);
     }
     free(own);
+    bd_film_destroy(&tracing->film);
     report_left_out(&tracing->job->result.report, &left_out);
     return err;
 }
