@@ -442,21 +442,27 @@ static void the_sky_is_seen_behind_everything(void **state)
 
 // --- points -------------------------------------------------------------------------------------
 
+// Of 4, 1 and 4 m^2, one above the other, and their materials.
+static void make_floors(struct world *w, int32_t of[3])
+{
+    const double large[4][3] = {{-1, 0, 1}, {1, 0, 1}, {1, 0, -1}, {-1, 0, -1}};
+    const double small[4][3] = {{-.5, 1, .5}, {.5, 1, .5}, {.5, 1, -.5}, {-.5, 1, -.5}};
+    const double third[4][3] = {{-1, 2, 1}, {1, 2, 1}, {1, 2, -1}, {-1, 2, -1}};
+    world_clear(w);
+    for (int i = 0; i < 3; i++) of[i] = world_add_material(w, (const float[]){.5f, .25f, 1}[i]);
+    world_add_quad(w, of[0], large, 3);
+    world_add_quad(w, of[1], small, 1);
+    world_add_quad(w, of[2], third, 1);
+}
+
 // By area: a floor of 4 m^2, a double-sided one of 1 m^2 that counts twice, one that is unlit.
 static void points_lie_by_area_on_both_sides(void **state)
 {
     struct world *w = *state;
     struct bd_err_detail detail = {0};
     struct bd_surface_points points;
-    world_clear(w);
-    const double large[4][3] = {{-1, 0, 1}, {1, 0, 1}, {1, 0, -1}, {-1, 0, -1}};
-    const double small[4][3] = {{-.5, 1, .5}, {.5, 1, .5}, {.5, 1, -.5}, {-.5, 1, -.5}};
-    const double third[4][3] = {{-1, 2, 1}, {1, 2, 1}, {1, 2, -1}, {-1, 2, -1}};
-    const int32_t of[3] = {world_add_material(w, 0.5f), world_add_material(w, 0.25f),
-                           world_add_material(w, 1)};
-    world_add_quad(w, of[0], large, 3);
-    world_add_quad(w, of[1], small, 1);
-    world_add_quad(w, of[2], third, 1);
+    int32_t of[3];
+    make_floors(w, of);
     w->scene->materials[of[0]].double_sided = false;
     w->scene->materials[of[1]].double_sided = true;
     w->scene->materials[of[2]].unlit = true;
@@ -514,15 +520,8 @@ static void count_hiding(struct world *w, enum bd_sends hide, uint32_t set, uint
 static void points_that_hide_lie_by_area_on_one_side(void **state)
 {
     struct world *w = *state;
-    world_clear(w);
-    const double large[4][3] = {{-1, 0, 1}, {1, 0, 1}, {1, 0, -1}, {-1, 0, -1}};
-    const double small[4][3] = {{-.5, 1, .5}, {.5, 1, .5}, {.5, 1, -.5}, {-.5, 1, -.5}};
-    const double third[4][3] = {{-1, 2, 1}, {1, 2, 1}, {1, 2, -1}, {-1, 2, -1}};
-    const int32_t of[3] = {world_add_material(w, 0.5f), world_add_material(w, 0.25f),
-                           world_add_material(w, 1)};
-    world_add_quad(w, of[0], large, 3);
-    world_add_quad(w, of[1], small, 1);
-    world_add_quad(w, of[2], third, 1);
+    int32_t of[3];
+    make_floors(w, of);
     w->scene->materials[of[1]].double_sided = true;
     w->scene->materials[of[2]].unlit = true;
     w->scene->materials[of[2]].alpha_mode = BD_ALPHA_BLEND;
