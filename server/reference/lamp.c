@@ -11,16 +11,21 @@
 #include "reference/path.h"
 #include "reference/vec3f.h"
 
-// The squared sine of the disc's half angle; 0: the place lies within the light, which is a point
-// to it.
+// Smaller ones are points: what directions of 32 bits tell apart.
+#define LEAST_SINE2 1e-12f
+
+// The squared sine of the disc's half angle; 0: the light is a point to the place, which is within
+// it, or too far away to tell.
 static float sine2_of(const struct bd_path *path, float distance)
 {
     const float r2 = path->lamp_radius * path->lamp_radius;
     if (isinf(distance)) { // a directional light's radius is told at one metre
         const double tangent = path->integrand->lamp_radius_m;
-        return (float)(tangent * tangent / (1 + tangent * tangent));
+        const double sine2 = tangent * tangent / (1 + tangent * tangent);
+        return sine2 < LEAST_SINE2 ? 0 : (float)sine2;
     }
-    return r2 < distance * distance ? r2 / (distance * distance) : 0;
+    const float d2 = distance * distance;
+    return r2 < d2 && r2 >= LEAST_SINE2 * d2 ? r2 / d2 : 0;
 }
 
 static float one_less_cosine(float sine2)
@@ -78,6 +83,7 @@ static void add_lamp(struct bd_path *path, const struct bd_punctual *punctual,
     if (!bd_punctual_illuminates(&path->reference->punctuals, punctual, from->position, &light))
         return;
     const float sine2 = sine2_of(path, light.distance);
+    if (!(sine2 > 0)) return;
     float across[3];
     bd_vec3f_cross(across, light.direction, direction);
     const float off2 = bd_vec3f_dot(across, across);

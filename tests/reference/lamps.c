@@ -57,8 +57,8 @@ static void add_solid(struct stage *s, int32_t material, const double low[3], co
 static void it_gives_what_a_point_gives(void **state)
 {
     (void)state;
-    const double radii[] = {.01, .3, .9};
-    for (int r = 0; r < 3; r++)
+    const double radii[] = {1e-20, 1e-7, .01, .3, .9};
+    for (size_t r = 0; r < sizeof radii / sizeof *radii; r++)
         for (int x = 0; x < 2; x++) {
             struct stage *s = stage_create();
             stage_floor(s, stage_material(s, .5f), 1, -5, 1); // Embree wants something
