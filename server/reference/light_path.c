@@ -161,10 +161,11 @@ static void join_eye(struct bd_path *path, const struct bd_carried *carried,
 bool bd_reference_has_light_paths(const struct bd_reference *reference,
                                   const struct bd_integrand *integrand)
 {
+    const struct bd_integrand own = bd_reference_without_rig(reference, integrand);
     return reference->has_smooth && reference->punctuals.count > 0 && integrand->light_vertices &&
-           integrand->lights & integrand->indirect_lights & BD_REFERENCE_PUNCTUAL &&
-           integrand->bounces_max > 0 && integrand->indirect_visibility && !integrand->lambert &&
-           !integrand->lambert_senders && integrand->lamp_radius_m == 0;
+           own.lights & own.indirect_lights & BD_REFERENCE_PUNCTUAL && integrand->bounces_max > 0 &&
+           integrand->indirect_visibility && !integrand->lambert && !integrand->lambert_senders &&
+           integrand->lamp_radius_m == 0;
 }
 
 void bd_reference_light_path(const struct bd_reference *reference,

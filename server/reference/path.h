@@ -214,6 +214,10 @@ float bd_path_spread_lamp(struct bd_path *path, struct bd_illumination *light);
 void bd_path_add_lamps(struct bd_path *path, const struct bd_vertex *from, const float direction[3],
                        float distance);
 
+// The same with the scene's own lights alone: a default rig stands in for what would shine.
+struct bd_integrand bd_reference_without_rig(const struct bd_reference *reference,
+                                             const struct bd_integrand *integrand);
+
 // Sets what is smooth. BD_ERR_NO_MEMORY.
 BD_MUST_CHECK
 enum bd_err bd_reference_find_smooth(struct bd_reference *reference, struct bd_err_detail *detail);

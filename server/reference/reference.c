@@ -217,8 +217,8 @@ static void trace_sample(const struct shot *shot, struct bd_sampler sampler, uin
 }
 
 // The scene's own lights: a default rig stands in for what would shine and lights nothing.
-static struct bd_integrand without_rig(const struct bd_reference *reference,
-                                       const struct bd_integrand *integrand)
+struct bd_integrand bd_reference_without_rig(const struct bd_reference *reference,
+                                             const struct bd_integrand *integrand)
 {
     struct bd_integrand own = *integrand;
     if (bd_scene_lights_yield(reference->scene, (own.lights & BD_REFERENCE_EMISSIVE) != 0,
@@ -233,7 +233,7 @@ void bd_reference_trace(const struct bd_reference *reference, const struct bd_in
                         struct bd_reference_pixel *pixel)
 {
     BD_ASSERT_CMP(view->camera, <, reference->scene->placed_camera_count);
-    const struct bd_integrand own = without_rig(reference, integrand);
+    const struct bd_integrand own = bd_reference_without_rig(reference, integrand);
     const struct shot shot = {reference, &own, bd_lens_of(&reference->geometry, view), x_px, y_px};
     uint64_t refused_before = bd_geometry_refused_ray_count();
     for (uint32_t half = 0; half < 2; half++)
@@ -266,7 +266,7 @@ void bd_reference_irradiance(const struct bd_reference *reference,
 {
     const double pi = 3.14159265358979323846;
     const struct bd_vertex receiver = receiver_at(&reference->geometry, point, normal);
-    const struct bd_integrand own = without_rig(reference, integrand);
+    const struct bd_integrand own = bd_reference_without_rig(reference, integrand);
     for (uint32_t half = 0; half < 2; half++)
         for (uint32_t i = first; i < first + count; i++) {
             struct bd_path path;

@@ -112,6 +112,20 @@ static void a_slab_lets_through_what_fresnel_says(void **state)
     stage_destroy(&s);
 }
 
+// What the floor sends up to a place above it, of a point and of a small sphere. Ends the stage.
+static void check_below(struct stage *s, uint32_t bounces)
+{
+    struct bd_integrand point = bd_integrand_full, sphere = bd_integrand_full;
+    point.bounces_max = sphere.bounces_max = bounces;
+    sphere.lamp_radius_m = .1;
+    const struct estimate of_point =
+        stage_irradiance(s, &point, BD_PART_INDIRECT, .1, .3, 0, 0, -1, 0, 1 << 17);
+    const struct estimate of_sphere =
+        stage_irradiance(s, &sphere, BD_PART_INDIRECT, .1, .3, 0, 0, -1, 0, 1 << 20);
+    CHECK_SAME(of_point, of_sphere, .02);
+    stage_destroy(&s);
+}
+
 // What a caustic on the floor sends up, to who does not see it in the mirror, too: eye paths are
 // joined with where light falls behind what is smooth.
 static void a_caustic_sends_light_on(void **state)
@@ -122,14 +136,7 @@ static void a_caustic_sends_light_on(void **state)
     stage_floor(s, stage_material(s, .8f), 2, 0, 1);
     stage_quad(s, smooth(s, 1, 0), wall);
     stage_light(s, BD_LIGHT_POINT, 0, 1, 0, NULL, 1);
-    struct bd_integrand point = bd_integrand_full, sphere = bd_integrand_full;
-    sphere.lamp_radius_m = .1;
-    const struct estimate a =
-        stage_irradiance(s, &point, BD_PART_INDIRECT, .1, .3, 0, 0, -1, 0, 1 << 17);
-    const struct estimate b =
-        stage_irradiance(s, &sphere, BD_PART_INDIRECT, .1, .3, 0, 0, -1, 0, 1 << 20);
-    CHECK_SAME(a, b, .02);
-    stage_destroy(&s);
+    check_below(s, BD_BOUNCES_UNLIMITED);
 }
 
 // The same of a floor within a solid, where radiance is larger by the index squared and flux is not:
@@ -141,15 +148,24 @@ static void light_within_a_solid(void **state)
     stage_floor(s, stage_material(s, .8f), 2, 0, 1);
     add_slab(s, smooth(s, 0, 1), 9, -.5, .5);
     stage_light(s, BD_LIGHT_POINT, 0, 1, 0, NULL, 1);
-    struct bd_integrand point = bd_integrand_full, sphere = bd_integrand_full;
-    point.bounces_max = sphere.bounces_max = 2;
-    sphere.lamp_radius_m = .1;
-    const struct estimate a =
-        stage_irradiance(s, &point, BD_PART_INDIRECT, .1, .3, 0, 0, -1, 0, 1 << 17);
-    const struct estimate b =
-        stage_irradiance(s, &sphere, BD_PART_INDIRECT, .1, .3, 0, 0, -1, 0, 1 << 20);
-    CHECK_SAME(a, b, .02);
-    stage_destroy(&s);
+    check_below(s, 2);
+}
+
+// The lights that an importer hangs into a scene without any stand in for what would shine.
+static void a_default_rig_yields(void **state)
+{
+    (void)state;
+    for (int shines = 0; shines < 2; shines++) {
+        struct stage *s = stage_create();
+        const int32_t floor = stage_material(s, .5f);
+        if (shines) stage_emission(s, floor, 1);
+        stage_floor(s, floor, 2, 0, 1);
+        stage_floor(s, smooth(s, 1, 0), 2, 2, -1);
+        stage_finish(s, 1);
+        assert_true(s->scene->placed_light_count > 0);
+        assert_int_equal(bd_reference_has_light_paths(s->reference, &bd_integrand_full), !shines);
+        stage_destroy(&s);
+    }
 }
 
 // Parts in any order, of a region or of all.
@@ -191,6 +207,7 @@ int main(void)
         cmocka_unit_test(a_slab_lets_through_what_fresnel_says),
         cmocka_unit_test(a_caustic_sends_light_on),
         cmocka_unit_test(light_within_a_solid),
+        cmocka_unit_test(a_default_rig_yields),
         cmocka_unit_test(order_and_region_do_not_show),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
