@@ -506,7 +506,8 @@ void bd_renderer_resume(struct bd_renderer *renderer, const struct bd_suspended_
 static enum bd_err run_frame(struct bd_frame *frame, struct bd_image *layers[BD_LAYER_COUNT])
 {
     struct bd_tex *textures[BD_LAYER_COUNT] = {0};
-    enum bd_err err = bd_stage_upload(frame);
+    enum bd_err err = bd_slicer_checkpoint(&frame->renderer->slicer, 0); // late before it began
+    if (!err) err = bd_stage_upload(frame);
     frame->subject = bd_subject_of(frame->snapshot, frame->plan, frame->request);
     if (!err) err = run_light_side(frame);
     if (!err) flag_shared_maps(frame);

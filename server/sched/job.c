@@ -64,8 +64,11 @@ void bd_job_describe_failure(struct bd_job *job)
     if (err == BD_ERR_CANCELLED)
         (void)bd_err_set(detail, err, "", "cancelled");
     else if (err == BD_ERR_DEADLINE)
-        (void)bd_err_set(detail, err, "deadline_ms", "the deadline of %u ms passed",
-                         job->request.frame.deadline_ms);
+        (void)bd_err_set(detail, err, "deadline_ms", "the deadline of %u ms passed%s",
+                         job->request.frame.deadline_ms,
+                         job->request.spent_ms < job->request.frame.deadline_ms
+                             ? ""
+                             : " while the scene was loaded");
     else if (err == BD_ERR_DEVICE_LOST)
         (void)bd_err_set(detail, err, "", "the device was lost twice; the job is given up");
     else if (detail->err != err)

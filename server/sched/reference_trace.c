@@ -362,10 +362,9 @@ enum bd_err bd_reference_trace_job(struct bd_reference_runner *runner,
     uint64_t start_ns = bd_clock_ns();
     struct bd_job_result *result = &job->result;
     struct tracing tracing = {.job = job, .caller = caller};
-    enum bd_err err = bd_job_should_stop(job);
-    if (!err)
-        err = bd_plan_make(job->request.scene, &job->request.frame, &tracing.plan, &result->report,
-                           &result->detail);
+    enum bd_err err = bd_plan_make(job->request.scene, &job->request.frame, &tracing.plan,
+                                   &result->report, &result->detail);
+    if (!err) err = bd_job_should_stop(job); // late before it began: the plan is told
     if (!err && !job->request.frame.plan_only) {
         tracing.integrand = bd_reference_integrand_of(&tracing.plan.params);
         tracing.view = bd_reference_view_of(&job->request.frame, &tracing.plan);

@@ -90,8 +90,6 @@ static enum bd_err between_slices(void *user);
 static enum bd_err render(struct bd_sched *sched, struct bd_job *job)
 {
     struct turn turn = {sched, job};
-    enum bd_err err = bd_job_should_stop(job);
-    if (err) return err;
     memset(&job->rendered.report, 0, sizeof job->rendered.report);
     return bd_frame_render(&sched->renderer, job->request.scene, &job->request.frame,
                            between_slices, &turn, job->rendered.layers, &job->rendered.report,

@@ -48,7 +48,7 @@ void bd_sched_destroy(struct bd_sched **sched);
 struct bd_job_request {
     struct bd_scene *scene;        // the job takes its own reference
     struct bd_frame_request frame; // checked by bd_sched_submit
-    uint32_t spent_ms; // of the frame's deadline, less than that: the client's began before
+    uint32_t spent_ms; // of the frame's deadline, at most all: the client's began before
     int priority;      // higher first (net/live/frame_job.h)
     bool accepts_cheaper; // where the deadline passes: the technique's cheapest rung, which is
                           // rendered before what was asked for, with the flag `deadline_rung`

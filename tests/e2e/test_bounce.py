@@ -319,13 +319,15 @@ def test_refusals_have_their_code_and_name_the_cause(bounce, words, code, says):
     assert not (bounce.folder / "out.png").exists()
 
 
-def test_a_missed_deadline_has_a_report(bounce):
+@pytest.mark.parametrize("technique", ["hisr", "reference"])
+@pytest.mark.parametrize("deadline_ms", [1, 300])  # in the import; in the frame where that is fast
+def test_a_missed_deadline_has_a_report(bounce, technique, deadline_ms):
     result = bounce("render", SCENES / "cornell.glb", "-o", "out.png", "--size", "2048x2048",
-                    "--deadline-ms", "300", "--report", "r.json")
+                    "--technique", technique, "--deadline-ms", str(deadline_ms), "--report", "r.json")
     assert result.returncode == 5
     report = json.loads((bounce.folder / "r.json").read_text())
     assert report["stopped"] == "deadline" and report["size"] == [2048, 2048]
-    assert "the deadline of 300 ms passed" in result.stderr  # not what the import left of it
+    assert f"the deadline of {deadline_ms} ms passed" in result.stderr  # as it was asked for
     assert not (bounce.folder / "out.png").exists()
 
 

@@ -96,29 +96,19 @@ void bd_command_tell_how_far(struct bd_command *command, struct bd_answer *error
 // --- submit ---------------------------------------------------------------------------------
 
 // The client's deadline began when its request arrived. It is named as it was asked for, whatever
-// is left of it.
-static enum bd_err spend_deadline(struct bd_command *command, uint32_t *out_ms)
+// is left of it: a job of which nothing is left ends at once, with its plan for a report.
+static uint32_t spent_of_deadline_ms(const struct bd_command *command)
 {
-    const struct bd_frame_request *frame = &command->options.frame;
-    *out_ms = 0;
-    if (frame->deadline_ms == 0) return BD_ERR_OK;
-    double spent_ms = bd_ms_since(command->start_ns);
-    if (spent_ms >= frame->deadline_ms)
-        return bd_err_set(&command->steps.detail, BD_ERR_DEADLINE, "deadline_ms",
-                          "the deadline of %u ms passed while the scene was loaded",
-                          frame->deadline_ms);
-    *out_ms = (uint32_t)spent_ms;
-    return BD_ERR_OK;
+    const uint32_t deadline_ms = command->options.frame.deadline_ms;
+    const double spent_ms = bd_ms_since(command->start_ns);
+    return spent_ms < deadline_ms ? (uint32_t)spent_ms : deadline_ms;
 }
 
 static enum bd_err submit(struct bd_command *command)
 {
-    uint32_t spent_ms;
-    enum bd_err err = spend_deadline(command, &spent_ms);
-    if (err) return err;
     struct bd_job_request request = {.scene = command->scene,
                                      .frame = command->options.frame,
-                                     .spent_ms = spent_ms,
+                                     .spent_ms = spent_of_deadline_ms(command),
                                      .accepts_cheaper = true,
                                      .improves = true,
                                      .priority = BD_PRIORITY_REQUEST,
