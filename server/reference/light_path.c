@@ -90,9 +90,21 @@ static float index_squared(const struct bd_surface *surface, const struct bd_bsd
     return surface->entering ? surface->ior * surface->ior : 1 / (surface->ior * surface->ior);
 }
 
+// Clear glass and white mirrors take nothing: what they hold goes round until chance ends it
+// (Russian roulette).
+#define PASSED_WITHOUT_ROULETTE 32u
+#define SURVIVAL                0.75f
+
+static bool survives(struct bd_path *path, struct bd_carried *carried)
+{
+    if (carried->passed < PASSED_WITHOUT_ROULETTE) return true;
+    bd_vec3f_scale(carried->flux, carried->flux, 1 / SURVIVAL);
+    return of_hash(path) < SURVIVAL;
+}
+
 bool bd_path_pass_on(struct bd_path *path, struct bd_carried *carried)
 {
-    if (!may_be_smooth(path, carried)) return false;
+    if (!may_be_smooth(path, carried) || !survives(path, carried)) return false;
     struct bd_vertex vertex;
     bd_path_vertex(path, &carried->at, carried->towards_light, &vertex);
     bd_path_make_sender(path, &vertex.bsdf.surface);

@@ -152,6 +152,30 @@ static void light_within_a_solid(void **state)
 }
 
 // The lights that an importer hangs into a scene without any stand in for what would shine.
+// White mirrors all around take nothing of its light, and let none out.
+static void what_is_trapped_ends(void **state)
+{
+    (void)state;
+    const double eye[3] = {.3, .5, 0}, target[3] = {0, 0, 0};
+    struct stage *s = stage_create();
+    const int32_t mirror = smooth(s, 1, 0);
+    for (int side = 0; side < 6; side++) {
+        double wall[4][3];
+        for (int corner = 0; corner < 4; corner++) {
+            const double across = corner == 1 || corner == 2 ? 1 : -1, along = corner < 2 ? -1 : 1;
+            wall[corner][side / 2] = side % 2 ? 1 : -1;
+            wall[corner][(side / 2 + 1) % 3] = across;
+            wall[corner][(side / 2 + 2) % 3] = along;
+        }
+        stage_quad(s, mirror, (const double(*)[3])wall);
+    }
+    stage_light(s, BD_LIGHT_POINT, 0, .5, 0, NULL, 1);
+    const uint32_t camera = stage_camera(s, eye, target, .4);
+    stage_finish(s, 1);
+    assert_float_equal(landed(s, &bd_integrand_full, camera, 10).mean, 0, 0);
+    stage_destroy(&s);
+}
+
 static void a_default_rig_yields(void **state)
 {
     (void)state;
@@ -207,6 +231,7 @@ int main(void)
         cmocka_unit_test(a_slab_lets_through_what_fresnel_says),
         cmocka_unit_test(a_caustic_sends_light_on),
         cmocka_unit_test(light_within_a_solid),
+        cmocka_unit_test(what_is_trapped_ends),
         cmocka_unit_test(a_default_rig_yields),
         cmocka_unit_test(order_and_region_do_not_show),
     };
