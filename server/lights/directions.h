@@ -40,4 +40,24 @@ static inline f3 bd_direction_at(float cosine, float number)
     return f3_of(radius * cosf(turn), radius * sinf(turn), cosine);
 }
 
+// A microfacet's normal, as often as the viewer sees such: about a shading normal, of GGX facets as
+// wide as `alpha` (Heitz 2018).
+static inline f3 bd_visible_normal(f3 n, f3 viewer, float alpha, const float number[2])
+{
+    const struct bd_basis basis = bd_basis_of(n);
+    const f3 stretched =
+        f3_unit(f3_of(alpha * f3_dot(viewer, basis.x), alpha * f3_dot(viewer, basis.y),
+                      f_max(f3_dot(viewer, n), 1e-4f)));
+    const float across2 = stretched.x * stretched.x + stretched.y * stretched.y;
+    const f3 t1 = across2 > 0 ? f3_scale(f3_of(-stretched.y, stretched.x, 0), 1 / f_sqrt(across2))
+                              : f3_of(1, 0, 0);
+    const f3 t2 = f3_cross(stretched, t1);
+    const float radius = f_sqrt(number[0]), turn = 2 * F_PI * number[1];
+    const float p1 = radius * cosf(turn), share = 0.5f * (1 + stretched.z);
+    const float p2 = (1 - share) * f_sqrt(f_max(1 - p1 * p1, 0)) + share * radius * sinf(turn);
+    const float p3 = f_sqrt(f_max(1 - p1 * p1 - p2 * p2, 0));
+    const f3 m = f3_add(f3_scale(t1, p1), f3_add(f3_scale(t2, p2), f3_scale(stretched, p3)));
+    return bd_from_basis(&basis, n, f3_unit(f3_of(alpha * m.x, alpha * m.y, f_max(m.z, 1e-7f))));
+}
+
 #endif

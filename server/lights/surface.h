@@ -70,6 +70,17 @@ static inline struct bd_map_texel bd_base_color_at(const struct bd_scene *scene,
                                  m->base_color[3] * color[3] * texel.alpha};
 }
 
+// KHR_materials_transmission: factor and map.
+static inline float bd_transmission_at(const struct bd_scene *scene,
+                                       const struct bd_primitive *primitive,
+                                       const uint32_t index[3], float u, float v)
+{
+    const struct bd_material *m = &scene->materials[primitive->material];
+    if (m->transmission == 0) return 0;
+    return m->transmission *
+           bd_map_data_at(scene, &m->transmission_map, primitive, index, u, v).rgb.x;
+}
+
 static inline float bd_f0_of(const struct bd_material *m)
 {
     const float root = (m->ior - 1) / (m->ior + 1);
@@ -88,6 +99,19 @@ static inline f3 bd_diffuse_of(const struct bd_scene *scene, const struct bd_pri
     const float metallic = m->metallic * data.z;
     if (sends == BD_SENDS_DIFFUSE) return f3_scale(base_color, 1 - metallic);
     return bd_sent_by_all(base_color, metallic, m->roughness * data.y, bd_f0_of(m), cosine);
+}
+
+// Of what a surface sends on, what does not pass through it instead: glass of lights that know it
+// (BD_SENDS_ALL) sends on no more than the rest of it does.
+static inline f3 bd_sent_beside_glass(const struct bd_scene *scene,
+                                      const struct bd_primitive *primitive, const uint32_t index[3],
+                                      float u, float v, enum bd_sends sends, f3 diffuse)
+{
+    const struct bd_material *m = &scene->materials[primitive->material];
+    if (sends != BD_SENDS_ALL || m->transmission == 0) return diffuse;
+    const f3 data = bd_map_data_at(scene, &m->metallic_roughness_map, primitive, index, u, v).rgb;
+    const float through = bd_transmission_at(scene, primitive, index, u, v);
+    return f3_scale(diffuse, 1 - (1 - m->metallic * data.z) * through);
 }
 
 // What blends is there where it is at least half opaque.

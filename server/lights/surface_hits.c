@@ -13,22 +13,14 @@ void bd_surface_hits_finish(struct bd_surface_hits *hits)
     bd_triangle_order_finish(&hits->order);
 }
 
-// A triangle of the scene, by its number.
-struct hit {
-    const struct bd_triangle_run *run;
-    const struct bd_instance *instance;
-    const struct bd_primitive *primitive;
-    uint32_t of_primitive;
-};
-
-static struct hit hit_of(const struct bd_surface_hits *hits, uint32_t triangle)
+struct bd_surface_hit bd_surface_hit_of(const struct bd_surface_hits *hits, uint32_t triangle)
 {
     const struct bd_scene *scene = hits->scene;
     const struct bd_triangle_run *run =
         &hits->order.runs[bd_triangle_order_run(&hits->order, triangle)];
     const uint64_t of_run = triangle - run->first_triangle;
     const uint64_t place = run->first_instance + of_run / run->triangles_per_instance;
-    return (struct hit){
+    return (struct bd_surface_hit){
         .run = run,
         .instance = &scene->instances[hits->order.instances[place]],
         .primitive = &scene->meshes[run->mesh]->primitives[run->primitive],
@@ -39,7 +31,7 @@ static struct hit hit_of(const struct bd_surface_hits *hits, uint32_t triangle)
 bool bd_surface_hit_at(const struct bd_surface_hits *hits, uint32_t triangle, float u, float v,
                        f3 direction, struct bd_surface_point *point)
 {
-    const struct hit hit = hit_of(hits, triangle);
+    const struct bd_surface_hit hit = bd_surface_hit_of(hits, triangle);
     const struct bd_material *material = &hits->scene->materials[hit.primitive->material];
     struct bd_triangle_place found;
     if (material->unlit) return false;
@@ -59,8 +51,17 @@ bool bd_surface_hit_at(const struct bd_surface_hits *hits, uint32_t triangle, fl
 f3 bd_surface_hit_diffuse(const struct bd_surface_hits *hits, uint32_t triangle, float u, float v,
                           enum bd_sends sends, float cosine)
 {
-    const struct hit hit = hit_of(hits, triangle);
+    const struct bd_surface_hit hit = bd_surface_hit_of(hits, triangle);
     const uint32_t *index = hit.primitive->index + 3 * (size_t)hit.of_primitive;
     const f3 color = bd_base_color_at(hits->scene, hit.primitive, index, u, v).rgb;
     return bd_diffuse_of(hits->scene, hit.primitive, index, u, v, color, sends, cosine);
+}
+
+f3 bd_surface_hit_sent(const struct bd_surface_hits *hits, uint32_t triangle, float u, float v,
+                       enum bd_sends sends, float cosine)
+{
+    const struct bd_surface_hit hit = bd_surface_hit_of(hits, triangle);
+    const uint32_t *index = hit.primitive->index + 3 * (size_t)hit.of_primitive;
+    return bd_sent_beside_glass(hits->scene, hit.primitive, index, u, v, sends,
+                                bd_surface_hit_diffuse(hits, triangle, u, v, sends, cosine));
 }

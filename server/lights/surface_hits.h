@@ -20,6 +20,15 @@ struct bd_surface_hits {
     struct bd_triangle_order order;
 };
 
+// A triangle of the scene.
+struct bd_surface_hit {
+    const struct bd_triangle_run *run;
+    const struct bd_instance *instance;
+    const struct bd_primitive *primitive;
+    uint32_t of_primitive; // its number there
+};
+struct bd_surface_hit bd_surface_hit_of(const struct bd_surface_hits *hits, uint32_t triangle);
+
 void bd_surface_hits_init(struct bd_surface_hits *hits, const struct bd_scene *scene);
 void bd_surface_hits_finish(struct bd_surface_hits *hits);
 
@@ -32,5 +41,8 @@ bool bd_surface_hit_at(const struct bd_surface_hits *hits, uint32_t triangle, fl
 // BD_FROM_EVERYWHERE.
 f3 bd_surface_hit_diffuse(const struct bd_surface_hits *hits, uint32_t triangle, float u, float v,
                           enum bd_sends sends, float cosine);
+// The same for who keeps it as a point: of glass, what does not pass.
+f3 bd_surface_hit_sent(const struct bd_surface_hits *hits, uint32_t triangle, float u, float v,
+                       enum bd_sends sends, float cosine);
 
 #endif

@@ -94,21 +94,7 @@ float bd_lobe_pdf(const struct bd_lobe *lobe, f3 l)
 
 f3 bd_lobe_choose(const struct bd_lobe *lobe, const float number[2])
 {
-    const f3 n = lobe->at->normal, v = lobe->at->viewer;
-    const float alpha = lobe->alpha;
-    const struct bd_basis basis = bd_basis_of(n);
-    const f3 stretched = f3_unit(
-        f3_of(alpha * f3_dot(v, basis.x), alpha * f3_dot(v, basis.y), f_max(f3_dot(v, n), 1e-4f)));
-    const float across2 = stretched.x * stretched.x + stretched.y * stretched.y;
-    const f3 t1 = across2 > 0 ? f3_scale(f3_of(-stretched.y, stretched.x, 0), 1 / f_sqrt(across2))
-                              : f3_of(1, 0, 0);
-    const f3 t2 = f3_cross(stretched, t1);
-    const float radius = f_sqrt(number[0]), turn = 2 * F_PI * number[1];
-    const float p1 = radius * cosf(turn), share = 0.5f * (1 + stretched.z);
-    const float p2 = (1 - share) * f_sqrt(f_max(1 - p1 * p1, 0)) + share * radius * sinf(turn);
-    const float p3 = f_sqrt(f_max(1 - p1 * p1 - p2 * p2, 0));
-    const f3 m = f3_add(f3_scale(t1, p1), f3_add(f3_scale(t2, p2), f3_scale(stretched, p3)));
-    const f3 h =
-        bd_from_basis(&basis, n, f3_unit(f3_of(alpha * m.x, alpha * m.y, f_max(m.z, 1e-7f))));
+    const f3 v = lobe->at->viewer;
+    const f3 h = bd_visible_normal(lobe->at->normal, v, lobe->alpha, number);
     return f3_unit(f3_sub(f3_scale(h, 2 * f3_dot(v, h)), v));
 }

@@ -1,0 +1,246 @@
+#include "lights/interface.h"
+
+#include <math.h>
+
+#include "lights/directions.h"
+#include "lights/surface.h"
+
+// A lobe narrower than this is beyond what directions in 32 bits resolve (hazard 16).
+#define ALPHA_MIN 1e-3f
+
+// --- what is met --------------------------------------------------------------------------------
+
+// Cofactors of the instance's matrix: its inverse transpose but for a factor, of no sign in mirror
+// images, since the caller turns normals.
+static f3 normal_of_corner(const struct bd_instance *instance, const float normal[3])
+{
+    const double *m = instance->world_from_mesh.m;
+    double turned[3], length2 = 0;
+    for (int r = 0; r < 3; r++) {
+        const int p = (r + 1) % 3, q = (r + 2) % 3;
+        turned[r] = 0;
+        for (int c = 0; c < 3; c++) {
+            const int d = (c + 1) % 3, e = (c + 2) % 3;
+            turned[r] += normal[c] * (m[4 * d + p] * m[4 * e + q] - m[4 * e + p] * m[4 * d + q]);
+        }
+        length2 += turned[r] * turned[r];
+    }
+    const double scale = length2 > 0 ? 1 / sqrt(length2) : 0;
+    return f3_of((float)(turned[0] * scale), (float)(turned[1] * scale),
+                 (float)(turned[2] * scale));
+}
+
+// Interpolated between corners' unit normals, on the side of the geometric one.
+static f3 shading_normal(const struct bd_surface_hit *hit, const uint32_t index[3], float u,
+                         float v, f3 geometric)
+{
+    const float weight[3] = {1 - u - v, u, v};
+    f3 n = f3_of(0, 0, 0);
+    for (int c = 0; c < 3; c++) {
+        const float *normal = hit->primitive->normal + 3 * (size_t)index[c];
+        n = f3_add(n, f3_scale(normal_of_corner(hit->instance, normal), weight[c]));
+    }
+    const float length = f3_length(n);
+    if (!(length > 0)) return geometric;
+    return f3_scale(n, (f3_dot(n, geometric) < 0 ? -1 : 1) / length);
+}
+
+// Per metre, then per render unit.
+static float extinction_of(const struct bd_material *m, const struct bd_render_space *space, int c)
+{
+    const double distance_m = m->attenuation_distance_m;
+    if (!(m->thickness_m > 0) || !(distance_m > 0) || !isfinite(distance_m)) return 0;
+    const double passed = fmax(m->attenuation_color[c], 1e-6);
+    return (float)(fmax(-log(passed), 0) / (distance_m * space->render_per_m));
+}
+
+static float share_of_glass(const struct bd_surface_hits *hits, const struct bd_surface_hit *hit,
+                            const uint32_t index[3], float u, float v, float *roughness)
+{
+    const struct bd_scene *scene = hits->scene;
+    const struct bd_material *m = &scene->materials[hit->primitive->material];
+    const f3 data =
+        bd_map_data_at(scene, &m->metallic_roughness_map, hit->primitive, index, u, v).rgb;
+    *roughness = m->roughness * data.y;
+    return (1 - m->metallic * data.z) * bd_transmission_at(scene, hit->primitive, index, u, v);
+}
+
+static bool fill(const struct bd_surface_hits *hits, const struct bd_surface_hit *hit,
+                 const struct bd_triangle_place *place, float u, float v, f3 direction,
+                 struct bd_interface *out)
+{
+    const struct bd_material *m = &hits->scene->materials[hit->primitive->material];
+    const uint32_t *index = hit->primitive->index + 3 * (size_t)hit->of_primitive;
+    float roughness;
+    const float share = share_of_glass(hits, hit, index, u, v, &roughness);
+    if (!(share > 0)) return false;
+    const bool from_behind = f3_dot(place->normal, direction) > 0;
+    const f3 geometric = f3_scale(place->normal, from_behind ? -1 : 1);
+    *out = (struct bd_interface){
+        .position = bd_triangle_place_at(place, u, v),
+        .normal = shading_normal(hit, index, u, v, geometric),
+        .normal_geometric = geometric,
+        .tint = bd_base_color_at(hits->scene, hit->primitive, index, u, v).rgb,
+        .extinction = f3_of(extinction_of(m, &hits->space, 0), extinction_of(m, &hits->space, 1),
+                            extinction_of(m, &hits->space, 2)),
+        .share = share,
+        .alpha = roughness > 0 ? f_max(roughness * roughness, ALPHA_MIN) : 0,
+        .ior = m->ior,
+        .thin = !(m->thickness_m > 0),
+        .entering = !from_behind,
+        .triangle = out->triangle,
+    };
+    return true;
+}
+
+static bool is_glass(const struct bd_surface_hits *hits, const struct bd_surface_hit *hit)
+{
+    const struct bd_material *m = &hits->scene->materials[hit->primitive->material];
+    return m->transmission > 0 && !m->unlit;
+}
+
+bool bd_interface_at(const struct bd_surface_hits *hits, uint32_t triangle, float u, float v,
+                     f3 direction, struct bd_interface *out)
+{
+    const struct bd_surface_hit hit = bd_surface_hit_of(hits, triangle);
+    struct bd_triangle_place place;
+    if (!is_glass(hits, &hit) || !bd_triangle_place_of(&hits->space, hit.run, hit.instance,
+                                                       hit.primitive, hit.of_primitive, &place))
+        return false;
+    out->triangle = triangle;
+    return fill(hits, &hit, &place, u, v, direction, out);
+}
+
+// Barycentrics of the second and third corner, of a point in the triangle's plane.
+static void barycentrics(const struct bd_triangle_place *place, f3 position, float uv[2])
+{
+    const f3 a = f3_sub(place->corner[1], place->corner[0]);
+    const f3 b = f3_sub(place->corner[2], place->corner[0]);
+    const f3 p = f3_sub(position, place->corner[0]), across = f3_cross(a, b);
+    const float area2 = f3_dot(across, across);
+    uv[0] = f_min(f_max(f3_dot(f3_cross(p, b), across) / area2, 0), 1);
+    uv[1] = f_min(f_max(f3_dot(f3_cross(a, p), across) / area2, 0), 1 - uv[0]);
+}
+
+bool bd_interface_seen_at(const struct bd_surface_hits *hits, uint32_t triangle, f3 position,
+                          f3 to_viewer, struct bd_interface *out)
+{
+    const struct bd_surface_hit hit = bd_surface_hit_of(hits, triangle);
+    struct bd_triangle_place place;
+    if (!is_glass(hits, &hit) || !bd_triangle_place_of(&hits->space, hit.run, hit.instance,
+                                                       hit.primitive, hit.of_primitive, &place))
+        return false;
+    float uv[2];
+    barycentrics(&place, position, uv);
+    out->triangle = triangle;
+    return fill(hits, &hit, &place, uv[0], uv[1], f3_scale(to_viewer, -1), out);
+}
+
+// --- how it goes on -----------------------------------------------------------------------------
+
+// Of unpolarised light; `eta`: the index beyond by that before. An index that is none reflects all.
+static float fresnel(float cosine, float eta)
+{
+    const float c = f_min(f_max(cosine, 0), 1);
+    const float sin2 = (1 - c * c) / (eta * eta);
+    if (!(eta > 0) || !isfinite(eta) || sin2 >= 1) return 1;
+    const float beyond = f_sqrt(1 - sin2);
+    const float parallel = (eta * c - beyond) / (eta * c + beyond);
+    const float across = (c - eta * beyond) / (c + eta * beyond);
+    return 0.5f * (parallel * parallel + across * across);
+}
+
+static float eta_of(const struct bd_interface *at)
+{
+    return at->entering ? at->ior : 1 / at->ior;
+}
+
+// A thin wall's is glTF's own; within a solid that has no total reflection.
+static float reflectance(const struct bd_interface *at, float cosine)
+{
+    if (!at->thin) return fresnel(cosine, eta_of(at));
+    const float root = (at->ior - 1) / (at->ior + 1), f0 = root * root;
+    return f0 + (1 - f0) * f_fifth(f_min(f_max(1 - cosine, 0), 1));
+}
+
+// Smith's G1 by its root (kernel/brdf.h).
+static float masking(float cosine, float alpha)
+{
+    const float c = f_max(cosine, 1e-12f), a2 = alpha * alpha;
+    return 2 * c / (c + f_sqrt(c * c * (1 - a2) + a2));
+}
+
+// Of both directions together, by that of the viewer's, with which facets were chosen: correlated
+// where light is reflected, each for itself where it passes.
+static float seen_of_light(const struct bd_interface *at, float to_viewer, float to_light,
+                           bool passes)
+{
+    if (at->alpha == 0) return 1;
+    const float first = masking(to_light, at->alpha);
+    if (passes && !at->thin) return first;
+    const float a2 = at->alpha * at->alpha, o = f_max(to_viewer, 1e-4f), i = f_max(to_light, 0);
+    const float root_o = f_sqrt(o * o * (1 - a2) + a2), root_i = f_sqrt(i * i * (1 - a2) + a2);
+    return i * (o + root_o) / f_max(i * root_o + o * root_i, 1e-12f);
+}
+
+static bool refract(f3 viewer, f3 h, float eta, f3 *out)
+{
+    const float c = f3_dot(viewer, h), sin2 = f_max(1 - c * c, 0) / (eta * eta);
+    if (!(sin2 < 1)) return false;
+    *out = f3_unit(f3_add(f3_scale(viewer, -1 / eta), f3_scale(h, c / eta - f_sqrt(1 - sin2))));
+    return true;
+}
+
+static f3 mirrored(f3 viewer, f3 h)
+{
+    return f3_unit(f3_sub(f3_scale(h, 2 * f3_dot(viewer, h)), viewer));
+}
+
+static bool pass(const struct bd_interface *at, f3 n, f3 viewer, f3 h, f3 *out)
+{
+    if (!at->thin) return refract(viewer, h, eta_of(at), out);
+    if (at->alpha == 0) {
+        *out = f3_scale(viewer, -1);
+        return true;
+    }
+    const f3 back = mirrored(viewer, h); // the reflected lobe, turned to the other side
+    *out = f3_sub(back, f3_scale(n, 2 * f3_dot(back, n)));
+    return true;
+}
+
+// Radiance that leaves a solid is less by the square of its index: what it filled there fills more
+// directions.
+static float spread_of(const struct bd_interface *at)
+{
+    if (at->thin) return 1;
+    return at->entering ? 1 / (at->ior * at->ior) : at->ior * at->ior;
+}
+
+bool bd_interface_go_on(const struct bd_interface *at, f3 direction, enum bd_onward_choice choice,
+                        const float number[3], struct bd_onward *out)
+{
+    const f3 viewer = f3_scale(direction, -1);
+    const f3 n = f3_dot(at->normal, viewer) > 0 ? at->normal : at->normal_geometric;
+    const f3 h = at->alpha > 0 ? bd_visible_normal(n, viewer, at->alpha, number) : n;
+    const float cosine = f3_dot(viewer, h);
+    if (!(cosine > 0)) return false;
+    const float back = reflectance(at, cosine);
+    const float through = (1 - back) * (at->tint.x + at->tint.y + at->tint.z) / 3;
+    if (choice == BD_ONWARD_PASSES && !(through > 0)) return false;
+    const float chance = choice == BD_ONWARD_PASSES ? 0 : back / f_max(back + through, 1e-20f);
+    out->passes = number[2] >= chance;
+    if (!out->passes)
+        out->direction = mirrored(viewer, h);
+    else if (!pass(at, n, viewer, h, &out->direction))
+        return false;
+    const float side = f3_dot(out->direction, n);
+    const bool is_behind = side <= 0;
+    const bool is_behind_wall = f3_dot(out->direction, at->normal_geometric) <= 0;
+    if (is_behind != out->passes || is_behind_wall != out->passes) return false;
+    const float seen = seen_of_light(at, f3_dot(viewer, n), f_abs(side), out->passes);
+    out->spread = out->passes ? spread_of(at) : 1;
+    out->weight = out->passes
+                      ? f3_scale(at->tint, (1 - back) * seen / (1 - chance))
+                      : f3_of(back * seen / chance, back * seen / chance, back * seen / chance);
+    return true;
+}

@@ -1,0 +1,52 @@
+// A surface through which light goes, as a ray meets it, and how the ray goes on.
+//
+// glTF's glass: of the share of a surface that transmits, microfacets reflect by Fresnel's
+// equations and let pass the rest, coloured by the base colour. Thin walls turn nothing, solids
+// refract, and absorb on the way between their walls (Beer). Normals are interpolated; maps of
+// normals are not read.
+//
+// KHR_materials_transmission, _volume, _ior; Walter, Marschner, Li, Torrance 2007; Heitz 2018.
+//
+// Thread: any.
+
+#ifndef BD_LIGHTS_INTERFACE_H
+#define BD_LIGHTS_INTERFACE_H
+
+#include "lights/surface_hits.h"
+
+struct bd_interface {
+    f3 position, normal,
+        normal_geometric; // render space; unit, to the side that the ray comes from
+    f3 tint;              // of what passes
+    f3 extinction;        // per render unit, of the solid behind the surface
+    float share;          // of what comes to the surface, that glass gets of it
+    float alpha;          // of its facets; 0: smooth
+    float ior;
+    bool thin, entering; // no solid behind it; the ray is outside of that
+    uint32_t triangle;
+};
+
+// What a ray from there, unit, meets at a triangle. False where nothing passes: `out` is not
+// filled.
+bool bd_interface_at(const struct bd_surface_hits *hits, uint32_t triangle, float u, float v,
+                     f3 direction, struct bd_interface *out);
+// The same at a point of the triangle that a picture shows, whose viewer is in that direction.
+bool bd_interface_seen_at(const struct bd_surface_hits *hits, uint32_t triangle, f3 position,
+                          f3 to_viewer, struct bd_interface *out);
+
+struct bd_onward {
+    f3 direction; // unit
+    f3 weight;    // of flux that goes along the ray
+    float spread; // radiance that comes back along it is so many times that
+    bool passes;  // else it is reflected
+};
+
+enum bd_onward_choice { BD_ONWARD_EITHER, BD_ONWARD_PASSES };
+
+// Of the glass alone: `share` is the caller's. `number`: two in [0, 1) for a facet, one for the
+// choice, by what each way carries. False: the ray ends, by total reflection where it had to pass,
+// or under the surface.
+bool bd_interface_go_on(const struct bd_interface *at, f3 direction, enum bd_onward_choice choice,
+                        const float number[3], struct bd_onward *out);
+
+#endif
