@@ -17,6 +17,7 @@ struct bd_gbuffer_inputs {
     const struct bd_viewpoint *viewpoint;
     bool lambert;                   // brdf=lambert
     bool emission;                  // some surface emits or is unlit
+    bool glass;                     // lets light through: base colour is of what does not
     const struct bd_tracer *tracer; // who finds what is seen; NULL: all is drawn
 };
 

@@ -23,6 +23,7 @@ struct bd_scene_draws {
     const char *fragment;   // under shaders/
     bool surface;           // reads normals, colours and maps; otherwise positions and masks only
     bool emission;          // reads emission
+    bool glass;             // reads transmission
     bool cull_single_sided; // back faces of single-sided materials: camera rays only
     bool lambert;           // brdf=lambert: no metallic and roughness
     const struct bd_tracer *tracer; // who finds what is seen; NULL: all is drawn

@@ -34,6 +34,9 @@ struct bd_defines bd_material_defines(const struct bd_scene_draws *draws,
     if (draw->primitive->has[BD_STREAM_TANGENT] &&
         bd_gpu_scene_texture(scene, &m->normal_map, false))
         bd_define(&defines, "BD_NORMAL_MAP", 1);
+    if (draws->glass && m->transmission > 0 &&
+        bd_gpu_scene_texture(scene, &m->transmission_map, false))
+        bd_define(&defines, "BD_TRANSMISSION_MAP", 1);
     if (draws->emission && bd_gpu_scene_texture(scene, &m->emissive_map, true))
         bd_define(&defines, "BD_EMISSIVE_MAP", 1);
     return defines;
@@ -71,6 +74,7 @@ struct bd_material_uniform bd_material_uniform_of(const struct bd_scene_draws *d
         .metallic = m->metallic,
         .roughness = m->roughness,
         .normal_scale = m->normal_scale,
+        .transmission = draws->glass && !m->unlit ? m->transmission : 0,
         .f0_dielectric = f0_of_ior(m->ior),
         .alpha_cutoff = alpha_cutoff_of(m),
         .flags = (m->double_sided ? BD_MATERIAL_DOUBLE_SIDED : 0) |
@@ -83,6 +87,7 @@ struct bd_material_uniform bd_material_uniform_of(const struct bd_scene_draws *d
     set_uv_rows(u.metallic_roughness_uv, &m->metallic_roughness_map);
     set_uv_rows(u.normal_uv, &m->normal_map);
     set_uv_rows(u.emissive_uv, &m->emissive_map);
+    set_uv_rows(u.transmission_uv, &m->transmission_map);
     return u;
 }
 
@@ -118,4 +123,5 @@ void bd_material_bind_maps(struct bd_bindings *bindings, const struct bd_gpu_sce
     bind_map(bindings, BD_UNIT_METALLIC_ROUGHNESS, scene, &m->metallic_roughness_map, false);
     bind_map(bindings, BD_UNIT_NORMAL, scene, &m->normal_map, false);
     bind_map(bindings, BD_UNIT_EMISSIVE, scene, &m->emissive_map, true);
+    bind_map(bindings, BD_UNIT_TRANSMISSION, scene, &m->transmission_map, false);
 }

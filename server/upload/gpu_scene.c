@@ -210,6 +210,8 @@ static enum bd_err acquire_maps(struct bd_uploader *uploader, struct bd_gpu_scen
         if (!err) err = acquire_map(uploader, scene, &m->metallic_roughness_map, false, detail);
         if (!err) err = acquire_map(uploader, scene, &m->normal_map, false, detail);
         if (!err) err = acquire_map(uploader, scene, &m->emissive_map, true, detail);
+        if (!err && m->transmission > 0)
+            err = acquire_map(uploader, scene, &m->transmission_map, false, detail);
         if (err) return err;
     }
     return BD_ERR_OK;

@@ -1,8 +1,8 @@
 // What a fragment's material says, for the raster passes. Each map costs a define: a scene
 // without it compiles no code for it.
 //
-//   BD_BASE_COLOR_MAP BD_METALLIC_ROUGHNESS_MAP BD_NORMAL_MAP BD_EMISSIVE_MAP BD_VERTEX_COLOR
-//   BD_ALPHA_MASK
+//   BD_BASE_COLOR_MAP BD_METALLIC_ROUGHNESS_MAP BD_NORMAL_MAP BD_EMISSIVE_MAP BD_TRANSMISSION_MAP
+//   BD_VERTEX_COLOR BD_ALPHA_MASK
 //
 // BD_TRIANGLE_LIST: of one instance's triangles those of a list are drawn, not all. BD_POINTS: points
 // are, each of a triangle of its own.
@@ -38,6 +38,9 @@ layout(binding = BD_UNIT_NORMAL) uniform sampler2D normal_map;
 #endif
 #ifdef BD_EMISSIVE_MAP
 layout(binding = BD_UNIT_EMISSIVE) uniform sampler2D emissive_map;
+#endif
+#ifdef BD_TRANSMISSION_MAP
+layout(binding = BD_UNIT_TRANSMISSION) uniform sampler2D transmission_map;
 #endif
 
 vec2 map_uv(vec4 rows[2])
@@ -84,6 +87,16 @@ vec3 surface_emission()
     e *= textureLod(emissive_map, map_uv(material.emissive_uv), 0.0).rgb;
 #endif
     return e;
+}
+
+// Of what is not a metal, the share that light passes through.
+float surface_transmission()
+{
+    float t = material.transmission;
+#ifdef BD_TRANSMISSION_MAP
+    t *= textureLod(transmission_map, map_uv(material.transmission_uv), 0.0).r;
+#endif
+    return t;
 }
 
 vec3 render_from_view(vec3 d)

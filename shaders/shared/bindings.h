@@ -20,6 +20,7 @@
 #define BD_UNIT_EMISSIVE           4
 #define BD_UNIT_SURFACE_TRIANGLES  5 // array, three vec4s a triangle: corner, edge, edge
 #define BD_UNIT_TRIANGLE_LIST      6 // array, four triangles of an instance a vec4
+#define BD_UNIT_TRANSMISSION       7
 
 // Textures and arrays of everything that reads the G-buffer.
 #define BD_UNIT_GBUFFER_DEPTH    0

@@ -19,7 +19,7 @@ struct bd_material_uniform {
     BD_UINT triangles_per_instance;
 
     BD_UINT triangle_list; // where it begins (BD_TRIANGLE_LIST)
-    BD_UINT unused_0;
+    BD_FLOAT transmission; // 0 where glass is opaque
     BD_UINT unused_1;
     BD_UINT unused_2;
 
@@ -27,6 +27,7 @@ struct bd_material_uniform {
     BD_VEC4 metallic_roughness_uv[2];
     BD_VEC4 normal_uv[2];
     BD_VEC4 emissive_uv[2];
+    BD_VEC4 transmission_uv[2];
 };
 
 #define BD_MATERIAL_DOUBLE_SIDED 1u
@@ -34,7 +35,7 @@ struct bd_material_uniform {
 #define BD_MATERIAL_MIRRORED     4u // the instance's transform mirrors: bitangents flip
 
 #ifndef BD_GLSL
-_Static_assert(sizeof(struct bd_material_uniform) == 208, "std140 size");
+_Static_assert(sizeof(struct bd_material_uniform) == 240, "std140 size");
 #endif
 
 #endif

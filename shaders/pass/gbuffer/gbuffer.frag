@@ -20,7 +20,8 @@ void main()
     vec2 metallic_roughness = surface_metallic_roughness();
     out_depth = -position_vs.z;
     out_normals = pack_normals_precisely(shading_normal(ng), ng);
-    out_albedo = vec4(base_color.rgb, metallic_roughness.x);
+    float opaque = 1.0 - (1.0 - metallic_roughness.x) * surface_transmission();
+    out_albedo = vec4(base_color.rgb * opaque, metallic_roughness.x);
     out_material = vec4(metallic_roughness.y, material.f0_dielectric, unlit ? 1.0 : 0.0, 1.0);
     out_triangle = triangle_id() + 1u;
 #ifdef BD_EMISSION
