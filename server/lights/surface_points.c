@@ -177,8 +177,10 @@ static void add_point(struct spreading *s, const struct place *place, bool is_be
         .number = only_hides(s) ? s->next : 0,
     };
     if (!only_hides(s))
-        to->diffuse = bd_diffuse_of(s->scene, place->primitive, place->index, u, v, color.rgb,
-                                    s->sends, BD_FROM_EVERYWHERE);
+        to->diffuse =
+            bd_sent_beside_glass(s->scene, place->primitive, place->index, u, v, s->sends,
+                                 bd_diffuse_of(s->scene, place->primitive, place->index, u, v,
+                                               color.rgb, s->sends, BD_FROM_EVERYWHERE));
 }
 
 // Where the next point lies on the way through all area, before `s->passed` plus this much.

@@ -187,6 +187,7 @@ enum bd_err bd_cache_run(const struct bd_pass_context *context,
         .detail = detail,
     };
     c.context.processor = &c.processor;
+    c.rays.glass = inputs->far.glass ? &c.surfaces : NULL;
     *out = NULL;
     bd_surface_hits_init(&c.surfaces, inputs->far.snapshot);
     bd_gpu_pass_begin(context->gpu, "cache");

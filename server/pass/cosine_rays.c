@@ -22,8 +22,8 @@ static size_t rays_of_group(const struct bd_cosine_rays *r)
 
 size_t bd_cosine_rays_bytes(const struct bd_cosine_rays *r)
 {
-    return rays_of_group(r) *
-           (sizeof *r->rays + sizeof *r->hits + sizeof *r->lanes + sizeof *r->numbers);
+    return rays_of_group(r) * (sizeof *r->rays + sizeof *r->hits + sizeof *r->lanes +
+                               sizeof *r->numbers + (r->glass ? sizeof *r->ways : 0));
 }
 
 static enum bd_err make_room(struct bd_cosine_rays *r, uint32_t group_count,
@@ -40,14 +40,16 @@ static enum bd_err make_room(struct bd_cosine_rays *r, uint32_t group_count,
     r->numbers = malloc(rays * sizeof *r->numbers);
     r->ray_count = malloc(group_count * sizeof *r->ray_count);
     r->first_ray = malloc(group_count * sizeof *r->first_ray);
-    if (r->rays && r->hits && r->lanes && r->numbers && r->ray_count && r->first_ray)
+    if (r->glass) r->ways = malloc(rays * sizeof *r->ways);
+    if (r->rays && r->hits && r->lanes && r->numbers && r->ray_count && r->first_ray &&
+        (r->ways || !r->glass))
         return BD_ERR_OK;
     return bd_err_set(detail, BD_ERR_NO_MEMORY, "far_rays", "no memory for %zu rays", rays);
 }
 
 void bd_cosine_rays_finish(struct bd_cosine_rays *r)
 {
-    void *arrays[] = {r->rays, r->hits, r->lanes, r->numbers, r->ray_count, r->first_ray};
+    void *arrays[] = {r->rays, r->hits, r->ways, r->lanes, r->numbers, r->ray_count, r->first_ray};
     for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++) free(arrays[i]);
 }
 
@@ -143,5 +145,9 @@ enum bd_err bd_cosine_rays_trace(const struct bd_pass_context *context, struct b
     if (!err) err = bd_receivers_each(context, part->group_count, units, aim_group, r);
     if (err) return err;
     close_ranks(r);
-    return bd_nearest_ask(context, visibility, r->rays, r->count, r->hits, &r->traced, detail);
+    err = bd_nearest_ask(context, visibility, r->rays, r->count, r->hits, &r->traced, detail);
+    for (uint32_t i = 0; r->glass && i < r->count; i++) r->ways[i] = bd_way_begins;
+    if (err || !r->glass) return err;
+    return bd_onward_run(context, r->glass, visibility, BD_CARRIES_RADIANCE, r->seed, r->numbers,
+                         r->rays, r->hits, r->ways, r->count, &r->traced, detail);
 }

@@ -6,6 +6,7 @@
 #define BD_PASS_COSINE_RAYS_H
 
 #include "lights/sequence.h"
+#include "pass/onward.h"
 #include "pass/receivers.h"
 
 #define BD_COSINE_HALVES 2u
@@ -19,10 +20,12 @@ struct bd_cosine_rays {
     // Of receivers who need none, or NULL; with `user`, from several threads.
     bool (*needs_none)(const void *user, f3 position);
     const void *user;
+    const struct bd_surface_hits *glass; // of a scene where rays go on through that; or NULL
     // Of a part: its groups' rays side by side.
     uint32_t count;
     struct bd_ray *rays;
     struct bd_ray_hit *hits;
+    struct bd_way *ways;             // with glass, of each ray; else NULL
     uint8_t *lanes;                  // of each ray, times the halves, and which half
     uint32_t *numbers;               // of each ray, its receiver's rays side by side: no other's
     uint32_t *ray_count, *first_ray; // of each group

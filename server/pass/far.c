@@ -116,12 +116,19 @@ static float pdf_of_asking(const struct far *f, uint32_t ray, float part)
     return number[0] < pdf ? pdf : 0;
 }
 
+// Whether it came through glass, where nobody else looks for light.
+static bool came_through(const struct far *f, uint32_t ray)
+{
+    return f->rays.ways && f->rays.ways[ray].events > 0;
+}
+
 // For each unit of irradiance where the ray ends.
 static f3 sent(const struct far *f, uint32_t ray, float cosine)
 {
     const struct bd_ray_hit *hit = &f->rays.hits[ray];
-    return bd_surface_hit_diffuse(&f->surfaces, hit->triangle, hit->u, hit->v, f->inputs->sends,
-                                  cosine);
+    const f3 diffuse = bd_surface_hit_diffuse(&f->surfaces, hit->triangle, hit->u, hit->v,
+                                              f->inputs->sends, cosine);
+    return came_through(f, ray) ? f3_mul(f->rays.ways[ray].weight, diffuse) : diffuse;
 }
 
 // Of a place that a ray met, `part` of whose light is left out.
@@ -150,7 +157,7 @@ static void tell_clamped_ray(const struct far *f, uint32_t group, uint32_t ray)
     if (hit->triangle == BD_NO_TRIANGLE || !bd_surface_hit_at(&f->surfaces, hit->triangle, hit->u,
                                                               hit->v, f3_of(d[0], d[1], d[2]), &at))
         return;
-    const float part = taken_off(f, group, ray, &at);
+    const float part = came_through(f, ray) ? 1 : taken_off(f, group, ray, &at);
     if (part == 0) return;
     const float pdf = pdf_of_asking(f, ray, part);
     if (f->inputs->cells) add_cells(f, group, ray, part, &at);
@@ -164,7 +171,8 @@ static void tell_ray(const struct far *f, uint32_t group, uint32_t ray)
     const float *d = f->rays.rays[ray].direction;
     struct bd_surface_point at;
     if (hit->triangle == BD_NO_TRIANGLE) return;
-    const float part = left_out(f, hit->distance), pdf = pdf_of_asking(f, ray, part);
+    const float part = came_through(f, ray) ? 1 : left_out(f, hit->distance);
+    const float pdf = pdf_of_asking(f, ray, part);
     if ((!in->cells && pdf == 0) || !bd_surface_hit_at(&f->surfaces, hit->triangle, hit->u, hit->v,
                                                        f3_of(d[0], d[1], d[2]), &at))
         return;
@@ -172,13 +180,26 @@ static void tell_ray(const struct far *f, uint32_t group, uint32_t ray)
     if (pdf > 0) ask_first_light(f, group, ray, part, pdf, &at);
 }
 
+// Of what came through glass. A ray stands for pi over their number of its receiver's directions.
+static void add_emission(const struct far *f, uint32_t group, uint32_t ray)
+{
+    const bool is_sky = f->rays.hits[ray].triangle == BD_NO_TRIANGLE;
+    if (f->inputs->glass == BD_GLASS_SHOWS_SKY && !is_sky) return;
+    const f3 radiance = bd_onward_emission(f->inputs->first, &f->rays.rays[ray], &f->rays.hits[ray],
+                                           &f->rays.ways[ray]);
+    add(f, group, f->rays.lanes[ray], f3_scale(radiance, F_PI / (float)f->inputs->rays));
+}
+
 static void tell_group(void *user, uint32_t group)
 {
     const struct far *f = user;
     const uint32_t first = f->rays.first_ray[group];
     f->place_count[group] = 0;
-    for (uint32_t i = first; i < first + f->rays.ray_count[group]; i++)
+    for (uint32_t i = first; i < first + f->rays.ray_count[group]; i++) {
+        if (came_through(f, i)) add_emission(f, group, i);
+        if (f->inputs->glass == BD_GLASS_SHOWS_SKY) continue;
         f->inputs->clamp > 0 ? tell_clamped_ray(f, group, i) : tell_ray(f, group, i);
+    }
 }
 
 // Of all groups, side by side.
@@ -215,7 +236,8 @@ static bool face_each_other(const struct far *f, const struct asker *asker, uint
     const f3 way = f3_sub(at->position, from);
     const f3 normal = f3_at(&f->part->receivers[asker->group].normal_geometric,
                             f->rays.lanes[asker->ray] / HALVES);
-    return f3_dot(at->normal, way) < 0 && f3_dot(normal, way) > 0;
+    const bool is_ahead = came_through(f, asker->ray) || f3_dot(normal, way) > 0;
+    return is_ahead && f3_dot(at->normal, way) < 0;
 }
 
 static void find_points(void *user, uint32_t group)
@@ -344,13 +366,14 @@ static enum bd_err run(const struct bd_pass_context *context, const struct bd_fa
         .rays = {.of_receiver = inputs->rays,
                  .seed = inputs->seed,
                  .one_of = 1,
-                 .reach = inputs->clamp > 0 ? 1 / sqrtf(inputs->clamp) : 0,
+                 .reach = inputs->clamp > 0 && !inputs->glass ? 1 / sqrtf(inputs->clamp) : 0,
                  .needs_none = inputs->screen ? screen_is_enough : NULL,
                  .user = inputs},
         .of_points = of_points,
         .detail = detail,
     };
     f.context.processor = &f.processor;
+    f.rays.glass = inputs->glass ? &f.surfaces : NULL;
     receivers->starts = true;
     receivers->seed = inputs->seed;
     receivers->receivers_max = receivers_at_once(&f);

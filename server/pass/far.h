@@ -10,6 +10,9 @@
 // within 1 / sqrt(b) a ray brings what that takes off, of all light. Where a screen is seen to hold
 // all that is so near, which gives that back, none is asked.
 //
+// What stands behind glass no virtual light sees: rays that go on through it (pass/onward.h) bring
+// all of its light, and what it emits.
+//
 // Of each receiver half of the rays make one picture and half another, which share no random
 // number. Unbiased but for the cache. Cost: a ray and a look into the cache, some .5 us of one
 // core.
@@ -30,6 +33,12 @@ struct bd_screen;
 
 #define BD_FAR_RAYS_MAX 1024u
 
+enum bd_far_glass {
+    BD_GLASS_HIDES,
+    BD_GLASS_PASSES,    // rays go on through it, and bring what shines behind it
+    BD_GLASS_SHOWS_SKY, // of that they bring the sky alone, and nothing else
+};
+
 struct bd_far_inputs {
     const struct bd_scene *snapshot;
     const struct bd_visibility_inputs *visibility;
@@ -46,6 +55,7 @@ struct bd_far_inputs {
     uint32_t rays; // of a receiver: even, 2 to BD_FAR_RAYS_MAX
     uint64_t seed;
     enum bd_sends sends; // what surfaces do
+    enum bd_far_glass glass;
 };
 
 // Of pixels, in a pass "far". Adds to `irradiance`, `noise` and `rays` of `indirect`.

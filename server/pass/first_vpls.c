@@ -109,8 +109,8 @@ static void land(const struct photons *p, uint32_t i)
         !bd_surface_hit_at(&p->hits, hit->triangle, hit->u, hit->v, f3_of(d[0], d[1], d[2]), &at))
         return;
     const f3 diffuse =
-        bd_surface_hit_diffuse(&p->hits, hit->triangle, hit->u, hit->v, p->inputs->sends,
-                               -f3_dot(at.normal, f3_of(d[0], d[1], d[2])));
+        bd_surface_hit_sent(&p->hits, hit->triangle, hit->u, hit->v, p->inputs->sends,
+                            -f3_dot(at.normal, f3_of(d[0], d[1], d[2])));
     const float window = window_of_range(hit->distance, p->inverse_range[i]);
     p->lights[i][0] = vec4_of(at.position);
     p->lights[i][1] = vec4_of(at.normal);

@@ -10,13 +10,16 @@
 #include "lights/surface_hits.h"
 #include "pass/lobe.h"
 #include "pass/nearest.h"
+#include "pass/onward.h"
 #include "pass/receivers.h"
 
 #define HALVES 2u
-// Kinds of rays. Those of rough receivers are of the lobe alone.
+// Kinds of rays. Those of rough receivers are of the lobe alone; those of glass go on into it
+// beside them, as many.
 #define KINDS     2u
 #define OF_COSINE 0u
 #define OF_LOBE   1u
+#define OF_GLASS  2u
 // Of rays and what they meet at once.
 #define ROOM_BYTES ((size_t)16 << 20)
 // Of the slicer, one for each evaluation of a VPL: what a ray takes to be aimed, and to be told of.
@@ -50,6 +53,8 @@ struct gloss {
     struct share *shares;
     uint32_t *ray_count, *first_ray; // of each group
     struct bd_ray_hit *hits;
+    struct bd_way *ways; // in scenes with glass; else NULL, as are the rays' numbers
+    uint32_t *numbers;
     struct bd_surface_point *places; // `triangle` BD_NO_TRIANGLE: nothing that sends light
     f3 *irradiance;                  // there; then what the pixel reflects of it
     float *cosine;                   // under which it comes there
@@ -61,16 +66,23 @@ struct gloss {
 
 // --- room ---------------------------------------------------------------------------------------
 
+// Whether pixels that show glass are looked into.
+static bool looks_in(const struct gloss *g)
+{
+    return g->inputs->glass && !g->rough;
+}
+
 static size_t rays_of_group(const struct gloss *g)
 {
-    return (size_t)BD_LANES * (KINDS - g->first_kind) * g->inputs->rays;
+    return (size_t)BD_LANES * (KINDS - g->first_kind + looks_in(g)) * g->inputs->rays;
 }
 
 static uint32_t receivers_at_once(const struct gloss *g)
 {
     const size_t group =
         rays_of_group(g) * (sizeof *g->rays + sizeof *g->shares + sizeof *g->hits +
-                            sizeof *g->places + sizeof *g->irradiance + sizeof *g->cosine);
+                            sizeof *g->places + sizeof *g->irradiance + sizeof *g->cosine +
+                            (g->inputs->glass ? sizeof *g->ways + sizeof *g->numbers : 0));
     return (uint32_t)(ROOM_BYTES > group ? ROOM_BYTES / group : 1) * BD_LANES;
 }
 
@@ -92,8 +104,12 @@ static enum bd_err make_room(struct gloss *g, uint32_t group_count)
     g->cosine = malloc(rays * sizeof *g->cosine);
     g->ray_count = malloc(group_count * sizeof *g->ray_count);
     g->first_ray = malloc(group_count * sizeof *g->first_ray);
+    if (g->inputs->glass) {
+        g->ways = malloc(rays * sizeof *g->ways);
+        g->numbers = malloc(rays * sizeof *g->numbers);
+    }
     const bool all = g->rays && g->shares && g->hits && g->places && g->irradiance && g->cosine &&
-                     g->ray_count && g->first_ray;
+                     g->ray_count && g->first_ray && (!g->inputs->glass || (g->ways && g->numbers));
     return all ? BD_ERR_OK : no_memory(g);
 }
 
@@ -108,8 +124,8 @@ static enum bd_err make_halves(struct gloss *g)
 
 static void free_all(struct gloss *g)
 {
-    void *arrays[] = {g->rays,   g->shares,    g->hits,      g->places,  g->irradiance,
-                      g->cosine, g->ray_count, g->first_ray, g->half[0], g->half[1]};
+    void *arrays[] = {g->rays,   g->shares,    g->hits,      g->places,  g->irradiance, g->ways,
+                      g->cosine, g->ray_count, g->first_ray, g->half[0], g->half[1],    g->numbers};
     for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++) free(arrays[i]);
 }
 
@@ -163,6 +179,46 @@ static bool is_asked(const struct gloss *g, const struct bd_lobe *lobe)
     return !lobe->at->has_lobe && f3_dot(lobe->at->normal, lobe->at->viewer) > 0;
 }
 
+static struct share share_of(const struct gloss *g, const struct bd_area_receiver *at, uint32_t i)
+{
+    return (struct share){.pixel = at->y_px * g->width_px + at->x_px,
+                          .half = i % HALVES,
+                          .number = at->place * g->stride * HALVES * (KINDS + looks_in(g)) + i};
+}
+
+// Rays of a pixel that reflects, from place `next` on; how many.
+static size_t aim_lobe(const struct gloss *g, const struct bd_lobe *lobe, size_t next)
+{
+    const size_t first = next;
+    const uint32_t kinds = KINDS - g->first_kind;
+    for (uint32_t i = 0; is_asked(g, lobe) && i < kinds * g->inputs->rays; i++) {
+        const uint32_t half = i % HALVES, kind = g->first_kind + i / HALVES % kinds;
+        const f3 d = direction_of(g, lobe, half, kind, i / (HALVES * kinds));
+        g->shares[next] = share_of(g, lobe->at, i);
+        if (g->ways) g->ways[next] = bd_way_begins;
+        next += aim(g, lobe, d, &g->rays[next], &g->shares[next].beyond);
+    }
+    return next - first;
+}
+
+// Of a pixel that shows glass.
+static size_t aim_through(const struct gloss *g, const struct bd_area_receiver *at, size_t next)
+{
+    const size_t first = next;
+    struct bd_interface glass;
+    if (!looks_in(g) ||
+        !bd_interface_seen_at(&g->surfaces, at->triangle, at->position, at->viewer, &glass))
+        return 0;
+    const float share = HALVES / (float)g->inputs->rays;
+    for (uint32_t i = 0; i < g->inputs->rays; i++) {
+        g->shares[next] = share_of(g, at, KINDS * g->inputs->rays + i);
+        g->shares[next].beyond = f3_of(share, share, share);
+        next += bd_onward_enter(&glass, at->viewer, g->inputs->seed, g->shares[next].number,
+                                &g->rays[next], &g->ways[next]);
+    }
+    return next - first;
+}
+
 static void aim_group(void *user, uint32_t group)
 {
     const struct gloss *g = user;
@@ -172,15 +228,8 @@ static void aim_group(void *user, uint32_t group)
         struct bd_area_receiver at;
         if (!bd_lobe_receiver_at(g->part, group, lane, &at)) continue;
         const struct bd_lobe lobe = bd_lobe_of(&at, false);
-        const uint32_t kinds = KINDS - g->first_kind;
-        for (uint32_t i = 0; is_asked(g, &lobe) && i < kinds * g->inputs->rays; i++) {
-            const uint32_t half = i % HALVES, kind = g->first_kind + i / HALVES % kinds;
-            const f3 d = direction_of(g, &lobe, half, kind, i / (HALVES * kinds));
-            g->shares[next] = (struct share){.pixel = at.y_px * g->width_px + at.x_px,
-                                             .half = half,
-                                             .number = at.place * g->stride * HALVES * KINDS + i};
-            next += aim(g, &lobe, d, &g->rays[next], &g->shares[next].beyond);
-        }
+        next += aim_lobe(g, &lobe, next);
+        next += aim_through(g, &at, next);
     }
     g->ray_count[group] = (uint32_t)(next - first);
 }
@@ -192,6 +241,7 @@ static void close_ranks(struct gloss *g)
         const size_t from = i * rays_of_group(g);
         memmove(g->rays + g->count, g->rays + from, g->ray_count[i] * sizeof *g->rays);
         memmove(g->shares + g->count, g->shares + from, g->ray_count[i] * sizeof *g->shares);
+        if (g->ways) memmove(g->ways + g->count, g->ways + from, g->ray_count[i] * sizeof *g->ways);
         g->first_ray[i] = g->count;
         g->count += g->ray_count[i];
     }
@@ -230,19 +280,28 @@ static f3 sent(const struct gloss *g, uint32_t i, float cosine)
     return f3_scale(diffuse, 1 / F_PI);
 }
 
+// What is sent to the ray from where it ends.
+static f3 light_of_place(const struct gloss *g, uint32_t i)
+{
+    const struct bd_surface_point *at = &g->places[i];
+    if (at->triangle == BD_NO_TRIANGLE) return f3_of(0, 0, 0);
+    const f3 light = f3_mul(g->irradiance[i], sent(g, i, g->cosine[i]));
+    if (!g->inputs->cells) return light;
+    const f3 cached = bd_irradiance_cells_look(g->inputs->cells, at->position, at->normal);
+    return f3_add(light, f3_mul(cached, sent(g, i, BD_FROM_EVERYWHERE)));
+}
+
 // Irradiance where rays end becomes light that their pixels reflect.
 static void reflect_group(void *user, uint32_t group)
 {
     const struct gloss *g = user;
     const uint32_t first = g->first_ray[group];
     for (uint32_t i = first; i < first + g->ray_count[group]; i++) {
-        const struct bd_surface_point *at = &g->places[i];
-        if (at->triangle == BD_NO_TRIANGLE) continue;
-        f3 light = f3_mul(g->irradiance[i], sent(g, i, g->cosine[i]));
-        if (g->inputs->cells)
-            light = f3_add(
-                light, f3_mul(bd_irradiance_cells_look(g->inputs->cells, at->position, at->normal),
-                              sent(g, i, BD_FROM_EVERYWHERE)));
+        const struct bd_way *way = g->ways ? &g->ways[i] : &bd_way_begins;
+        f3 light = f3_mul(way->weight, light_of_place(g, i));
+        if (way->events > 0)
+            light =
+                f3_add(light, bd_onward_emission(g->inputs->first, &g->rays[i], &g->hits[i], way));
         g->irradiance[i] = f3_mul(light, g->shares[i].beyond);
     }
 }
@@ -251,12 +310,19 @@ static void reflect_group(void *user, uint32_t group)
 static void sum(const struct gloss *g)
 {
     for (uint32_t i = 0; i < g->count; i++) {
-        if (g->places[i].triangle == BD_NO_TRIANGLE) continue;
         float *pixel = g->half[g->shares[i].half] + 4 * (size_t)g->shares[i].pixel;
         pixel[0] += g->irradiance[i].x;
         pixel[1] += g->irradiance[i].y;
         pixel[2] += g->irradiance[i].z;
     }
+}
+
+static enum bd_err go_on(struct gloss *g)
+{
+    const struct bd_far_inputs *in = g->inputs;
+    for (uint32_t i = 0; i < g->count; i++) g->numbers[i] = g->shares[i].number;
+    return bd_onward_run(&g->context, &g->surfaces, in->visibility, BD_CARRIES_RADIANCE, in->seed,
+                         g->numbers, g->rays, g->hits, g->ways, g->count, &g->traced, g->detail);
 }
 
 static enum bd_err light_part(void *user, const struct bd_receiver_part *part)
@@ -273,6 +339,7 @@ static enum bd_err light_part(void *user, const struct bd_receiver_part *part)
     close_ranks(g);
     err = bd_nearest_ask(&g->context, in->visibility, g->rays, g->count, g->hits, &g->traced,
                          g->detail);
+    if (!err && g->ways) err = go_on(g);
     if (!err)
         err =
             bd_receivers_each(&g->context, part->group_count, UNITS_PER_HIT * rays, place_group, g);

@@ -7,6 +7,7 @@
 #include "base/assert.h"
 #include "lights/surface_points.h"
 #include "pass/area_samples.h"
+#include "pass/far.h"
 #include "pass/first_vpls.h"
 #include "pass/light_patches.h"
 #include "pass/light_walk.h"
@@ -41,6 +42,12 @@ struct paths {
     struct bd_lit_points lit;
     struct bd_err_detail *detail;
 };
+
+static enum bd_err no_memory(const struct paths *p)
+{
+    return bd_err_set(p->detail, BD_ERR_NO_MEMORY, "vpls", "no memory for %u light paths",
+                      p->inputs->count);
+}
 
 // --- their light --------------------------------------------------------------------------------
 
@@ -99,13 +106,27 @@ static enum bd_err light_points(struct paths *p)
     return err;
 }
 
-// --- points -------------------------------------------------------------------------------------
-
-static enum bd_err no_memory(const struct paths *p)
+// What comes to them of the sky through glass, where no segment to it is free.
+static enum bd_err light_behind(struct paths *p)
 {
-    return bd_err_set(p->detail, BD_ERR_NO_MEMORY, "vpls", "no memory for %u light paths",
-                      p->inputs->count);
+    const struct bd_light_paths_inputs *in = p->inputs;
+    const struct bd_first_light lights = {in->lights, NULL, 0, &in->scene->space};
+    const struct bd_far_inputs far = {.snapshot = in->snapshot,
+                                      .visibility = &in->visibility,
+                                      .first = &lights,
+                                      .rays = RAYS_PER_POINT,
+                                      .seed = in->seed,
+                                      .sends = in->sends,
+                                      .glass = BD_GLASS_SHOWS_SKY};
+    struct bd_ray_counts traced = {0};
+    p->lit.behind = calloc(p->points.count + 1, sizeof *p->lit.behind);
+    if (!p->lit.behind) return no_memory(p);
+    for (uint32_t i = 0; i < p->points.count; i++) p->points.points[i].number = i;
+    return bd_far_of_points(&p->context, &far, p->points.points, p->points.count, p->lit.behind,
+                            &traced, p->detail);
 }
+
+// --- points -------------------------------------------------------------------------------------
 
 static uint32_t points_of(const struct bd_light_paths_inputs *in)
 {
@@ -307,6 +328,7 @@ static enum bd_err walk(struct paths *p)
         .punctual_count = p->inputs->punctual_count,
         .reflections = p->inputs->reflections,
         .sends = p->inputs->sends,
+        .glass = p->inputs->glass,
         .emitters = p->inputs->walk_vpls > 0 ? p->inputs->lights : NULL,
         .from_cd_m2 = p->sampling.from_cd_m2,
         .seed = p->inputs->walk_vpls > 0 ? bd_askers_seed(p->inputs->seed) : 0,
@@ -321,6 +343,7 @@ static enum bd_err find_points(struct paths *p)
     if (!err) err = make_room(p);
     if (!err && p->sampling.lights && bd_area_lights_shine(p->sampling.lights))
         err = light_points(p);
+    if (!err && in->glass && in->lights && in->lights->sky.shines) err = light_behind(p);
     if (!err && (in->reflections > 0 || in->punctuals_fall || in->walk_vpls > 0)) err = walk(p);
     return err ? err : bd_slicer_pause(p->context.slicer);
 }
@@ -358,6 +381,7 @@ enum bd_err bd_light_paths_run(const struct bd_pass_context *context,
     free(p.segments);
     free(p.found);
     free(p.occluded);
+    free(p.lit.behind);
     free(p.lit.others);
     free(p.lit.first);
     free(p.lit.further);

@@ -12,6 +12,7 @@
 #include "lights/surface_hits.h"
 #include "pass/emitter_photons.h"
 #include "pass/nearest.h"
+#include "pass/onward.h"
 #include "pass/punctual_photons.h"
 #include "pass/receivers.h"
 
@@ -30,6 +31,7 @@
 #define OF_EMITTERS 0x656d6974u
 #define OF_ROULETTE 0x6c6f7400u
 #define OF_TURNS    0x7475726eu
+#define OF_GLASS    0x676c6173u
 // A round of few is as cheap as one of fewer.
 #define PHOTONS_LEAST 1024u
 
@@ -56,14 +58,17 @@ struct walk {
     struct bd_ray *rays;
     struct photon *photons;
     struct bd_ray_hit *met;
+    struct bd_way *ways; // with glass; else NULL, as are the photons' numbers
+    uint32_t *numbers, sent_count;
     struct bd_point_neighbours *taken_by;
     // Of those whose takers are looked for: which photons, of how many points each, and segments
     // from where it set out to each of those.
     uint32_t *sought, sought_count, takers_most;
     struct bd_segment *segments;
     uint32_t *occluded;
-    // Of all points: flux that arrived in this round; that is sent on in the next.
-    f3 *arrived, *sent;
+    // Of all points: flux that arrived in this round; straight from lights, but through glass; that
+    // is sent on in the next.
+    f3 *arrived, *through, *sent;
     struct bd_err_detail *detail;
 };
 
@@ -173,6 +178,12 @@ static enum bd_err find_who_takes(struct walk *w)
     return err || w->sought_count == 0 ? err : ask_takers(w, BD_POINT_NEIGHBOURS);
 }
 
+// Whose light it is that arrives: first light has its own lists, which nobody behind glass asks.
+static f3 *arrived_of(struct walk *w, uint32_t i)
+{
+    return w->round == 0 && w->ways && w->ways[i].events > 0 ? w->through : w->arrived;
+}
+
 // Where photon `i` landed.
 static void add_point(struct walk *w, uint32_t i, f3 flux)
 {
@@ -183,9 +194,9 @@ static void add_point(struct walk *w, uint32_t i, f3 flux)
     if (points->count == w->points_max ||
         !bd_surface_hit_at(&w->hits, hit->triangle, hit->u, hit->v, f3_of(d[0], d[1], d[2]), point))
         return;
-    point->diffuse = bd_surface_hit_diffuse(&w->hits, hit->triangle, hit->u, hit->v,
-                                            w->inputs->sends, BD_FROM_EVERYWHERE);
-    w->arrived[points->count++] = flux;
+    point->diffuse = bd_surface_hit_sent(&w->hits, hit->triangle, hit->u, hit->v, w->inputs->sends,
+                                         BD_FROM_EVERYWHERE);
+    arrived_of(w, i)[points->count++] = flux;
 }
 
 // In the order of the photons, whichever thread found where they go.
@@ -197,7 +208,7 @@ static void give(struct walk *w)
         const float window = window_of_range(w->met[i].distance, photon->inverse_range);
         float taken = 0;
         for (uint32_t k = 0; k < by->count; k++) {
-            f3 *to = &w->arrived[by->point[k]];
+            f3 *to = &arrived_of(w, i)[by->point[k]];
             *to = f3_add(*to, f3_scale(photon->flux, window * by->share[k]));
             taken += by->share[k];
         }
@@ -205,11 +216,36 @@ static void give(struct walk *w)
     }
 }
 
+// A light's range is that of its first leg.
+static void leave_glass(struct walk *w, uint32_t i)
+{
+    struct photon *photon = &w->photons[i];
+    if (w->ways[i].events == 0) return;
+    *photon = (struct photon){.flux = f3_mul(photon->flux, w->ways[i].weight)};
+}
+
+static enum bd_err go_on(struct walk *w)
+{
+    struct bd_ray_counts traced = {0};
+    for (uint32_t i = 0; i < w->at_once; i++) {
+        w->ways[i] = bd_way_begins;
+        w->ways[i].weight = f3_scale(
+            w->ways[i].weight, window_of_range(w->met[i].distance, w->photons[i].inverse_range));
+        w->numbers[i] = w->sent_count++;
+    }
+    const enum bd_err err = bd_onward_run(&w->context, &w->hits, &w->inputs->visibility,
+                                          BD_CARRIES_FLUX, w->inputs->seed ^ OF_GLASS, w->numbers,
+                                          w->rays, w->met, w->ways, w->at_once, &traced, w->detail);
+    for (uint32_t i = 0; !err && i < w->at_once; i++) leave_glass(w, i);
+    return err;
+}
+
 static enum bd_err let_fly(struct walk *w)
 {
     struct bd_ray_counts traced = {0};
     enum bd_err err = bd_nearest_ask(&w->context, &w->inputs->visibility, w->rays, w->at_once,
                                      w->met, &traced, w->detail);
+    if (!err && w->ways) err = go_on(w);
     if (!err) err = find_who_takes(w);
     if (!err) give(w);
     w->at_once = 0;
@@ -359,12 +395,22 @@ static void reflect(struct walk *w, f3 *told)
     }
 }
 
+static void take_through(struct walk *w, struct bd_lit_points *lit, uint32_t i)
+{
+    const float area = w->inputs->points->area;
+    if (lit->behind && i < w->at_first)
+        w->through[i] = f3_add(w->through[i], f3_scale(lit->behind[i], area));
+    lit->further[i] = f3_scale(w->through[i], 1 / area);
+    w->arrived[i] = f3_add(w->arrived[i], w->through[i]);
+}
+
 // Of the punctual lights' light, and of what others bring.
 static void reflect_first(struct walk *w, struct bd_lit_points *lit)
 {
     const struct bd_surface_points *points = w->inputs->points;
     for (uint32_t i = 0; i < points->count; i++) {
         lit->first[i] = f3_scale(w->arrived[i], 1 / points->area);
+        if (w->through) take_through(w, lit, i);
         const f3 all = f3_add(w->arrived[i], f3_scale(lit->others[i], points->area));
         w->sent[i] = f3_mul(points->points[i].diffuse, all);
         w->arrived[i] = f3_of(0, 0, 0);
@@ -430,8 +476,14 @@ static enum bd_err make_room(struct walk *w, struct bd_lit_points *lit)
     w->sent = calloc(points, sizeof *w->sent);
     w->segments = malloc(AT_ONCE * BD_POINT_NEIGHBOURS * sizeof *w->segments);
     w->occluded = malloc(AT_ONCE * BD_POINT_NEIGHBOURS / 8);
+    if (w->inputs->glass) {
+        w->ways = malloc(AT_ONCE * sizeof *w->ways);
+        w->numbers = malloc(AT_ONCE * sizeof *w->numbers);
+        w->through = calloc(points, sizeof *w->through);
+    }
+    const bool has_glass = w->ways && w->numbers && w->through;
     if (w->rays && w->photons && w->met && w->taken_by && w->sought && w->segments && w->occluded &&
-        w->arrived && w->sent && grow(w, lit))
+        w->arrived && w->sent && (has_glass || !w->inputs->glass) && grow(w, lit))
         return BD_ERR_OK;
     return bd_err_set(w->detail, BD_ERR_NO_MEMORY, "indirect_bounces", "no memory for photons");
 }
@@ -449,6 +501,9 @@ enum bd_err bd_light_walk_run(const struct bd_pass_context *context,
     free(w.rays);
     free(w.photons);
     free(w.met);
+    free(w.ways);
+    free(w.numbers);
+    free(w.through);
     free(w.taken_by);
     free(w.sought);
     free(w.segments);

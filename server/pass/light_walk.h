@@ -40,18 +40,20 @@ struct bd_light_walk_inputs {
     float from_cd_m2;                      // to the frame's unit
     uint32_t reflections; // that light takes at most on its way to a point; 0 to 63
     enum bd_sends sends;  // as in lights/surface_points.h
+    bool glass;           // photons go on through it (pass/onward.h)
     uint32_t seed;        // of photons
 };
 
 // Irradiance of each point, by what it has come by.
 struct bd_lit_points {
     f3 *others;  // straight from lights that send no photons
+    f3 *behind;  // from the former through glass; NULL: nothing
     f3 *first;   // straight from those that do
-    f3 *further; // from any, after reflections
+    f3 *further; // from any, after reflections or through glass
 };
 
-// `lit->others` is the caller's, allocated; the result is of all points that there are then, and
-// the caller's, too. Where as little as 1/8192 of the flux is left, it is left out.
+// `lit->others` and `behind` are the caller's, allocated; the result is of all points that there
+// are then, and the caller's, too. Where as little as 1/8192 of the flux is left, it is left out.
 BD_MUST_CHECK
 enum bd_err bd_light_walk_run(const struct bd_pass_context *context,
                               const struct bd_light_walk_inputs *inputs, struct bd_lit_points *lit,
