@@ -289,6 +289,13 @@ static void list_omitted(const struct bd_plan *plan, const struct bd_scene *scen
         list_omitted_of_clamp(plan, report);
 }
 
+// Rays alone go through glass.
+static bool may_look_through(const struct bd_plan *plan)
+{
+    if (plan->params.lambert || plan->params.paper_mode) return false;
+    return !bd_plan_reads(plan, BD_PARAM_RESIDUAL) || bd_params_bring_back(&plan->params);
+}
+
 // What this frame carries of light transport: the technique's model, or what was asked of the
 // reference.
 static struct bd_model model_of(const struct bd_plan *plan)
@@ -300,6 +307,7 @@ static struct bd_model model_of(const struct bd_plan *plan)
         model.transmission = plan->params.transmission;
         model.coverage = plan->params.alpha_coverage;
     }
+    if (!plan->technique->is_reference && !may_look_through(plan)) model.transmission = false;
     if (bd_plan_reads(plan, BD_PARAM_INDIRECT_BOUNCES))
         model.indirect_bounces = plan->params.indirect_bounces;
     if (!plan->technique->is_reference && plan->params.light_rays == 0)
@@ -474,8 +482,9 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
     out->final_gather = out->indirect && out->technique->inputs & BD_INPUT_FINAL_GATHER;
     out->light_paths = reflects_areas || out->final_gather ||
                        (out->indirect && (out->bounces > 1 || out->punctuals_by_rays));
+    out->glass = renders && f->has_transmissive && model_of(out).transmission;
     out->glossy = out->indirect && out->technique->model.glossy_receivers && !out->params.lambert &&
-                  f->has_glossy;
+                  (f->has_glossy || out->glass);
     out->rough = out->final_gather && !out->params.lambert && f->has_rough &&
                  (out->short_rays || !(out->technique->inputs & BD_INPUT_SCREEN)) &&
                  out->params.far_rays >= BD_FAR_RAYS_FOR_ROUGH;

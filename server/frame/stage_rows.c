@@ -338,6 +338,7 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
             .parts = parts_of_surfaces,
             .from = STAGE(SEEN),
             .reads = READS_BRDF | ASPECT(EMISSION) | BD_READ_EMISSION_UNIT,
+            .glass = ASPECT(MEDIUM),
             .params = PARAM(BRDF),
             KEEPS(gbuffer, frame, made.gbuffer, bd_run_gbuffer),
         },
@@ -449,6 +450,7 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
             .from = STAGE(RAYS) | STAGE(EMITTERS) | STAGE(LAMPS),
             .reads = READS_PLACES | ASPECT(SIDES) | ASPECT(COLOUR) | ASPECT(METALNESS) |
                      BD_READ_UNIT | BD_READ_PATH_COUNT | BD_READ_PHOTON_SEED,
+            .glass = ASPECT(MEDIUM),
             .walking = BD_READ_LIGHT_SHAPE | BD_READ_LIGHT_POWER,
             .gathering = ASPECT(ROUGHNESS),
             .params = PARAMS_OF_VPL | PARAM(BRDF) | PARAM(ALPHA) | PARAM(EXECUTOR) |
@@ -518,6 +520,7 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
                     STAGE(RAYS) | STAGE(IMPERFECT_SHADOWS) | STAGES_OF_SCREEN,
             .reads = BD_READ_SEED,
             .glossy = READS_BRDF,
+            .glass = ASPECT(MEDIUM),
             .reads_all_params = true,
             .brackets_itself = true,
             KEEPS(indirect, frame, made.indirect, bd_run_indirect),
@@ -733,11 +736,12 @@ uint64_t bd_stage_key(const struct bd_subject *subject, enum bd_stage stage,
     const uint32_t walking = plan->bounces > 1 || plan->final_gather ? row->walking : 0;
     const uint32_t gathering = plan->final_gather ? row->gathering : 0;
     const uint32_t tracing = plan->tracing != BD_TRACING_NONE ? row->tracing : 0;
-    const uint32_t glossy =
-        (plan->glossy || plan->rough ? row->glossy : 0) | walking | gathering | tracing;
+    const uint32_t glossy = plan->glossy || plan->rough ? row->glossy : 0;
+    const uint32_t glass = plan->glass ? row->glass : 0;
+    const uint32_t also = glossy | glass | walking | gathering | tracing;
     uint64_t key = bd_key_begin(row->reads_all_params ? plan->technique->name : "");
-    key = bd_key_number(key, (uint64_t)stage << 32 | glossy);
-    key = key_reads(key, subject, row->reads | glossy, light);
+    key = bd_key_number(key, (uint64_t)stage << 32 | also);
+    key = key_reads(key, subject, row->reads | also, light);
     if (stage == BD_STAGE_RAYS) key = bd_key_number(key, bd_plan_asks_processor(plan));
     key = bd_params_hash(&plan->params,
                          row->reads_all_params ? plan->technique->params_read : row->params, key);

@@ -127,6 +127,7 @@ struct bd_stage_row {
     uint32_t from;         // stages whose output is read; those of lights of its light, or of all
     uint32_t reads;        // bits of aspects and enum bd_stage_read
     uint32_t glossy;       // the same, where receivers are glossy
+    uint32_t glass;        // the same, where light goes through glass
     uint32_t walking;      // the same, where light is sent on more than once
     uint32_t gathering;    // the same, where rays of a final gather say what is sent on
     uint32_t tracing;      // the same, where rays find what is seen

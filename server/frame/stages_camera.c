@@ -20,6 +20,7 @@ enum bd_err bd_run_gbuffer(struct bd_frame *frame, struct bd_frame_light *light)
         .viewpoint = viewpoint,
         .lambert = frame->plan->params.lambert,
         .emission = frame->plan->emission,
+        .glass = frame->plan->glass,
         .tracer = bd_stage_tracer(frame, (uint64_t)viewpoint->width_px * viewpoint->height_px),
     };
     return bd_gbuffer_render(&frame->context, &inputs, &frame->made.gbuffer, frame->detail);
@@ -214,6 +215,7 @@ static enum bd_err with_inputs(struct bd_frame *frame,
         .alone = frame->subject.alone,
         .glossy_receivers = frame->plan->glossy,
         .rough_receivers = frame->plan->rough,
+        .glass = frame->plan->glass,
         .normal_maps = frame->plan->normal_maps,
     };
     enum bd_err err = run(frame, &inputs);

@@ -24,6 +24,7 @@ struct bd_far_inputs bd_far_of_list(const struct bd_technique_inputs *inputs,
         .rays = rays,
         .seed = inputs->seed_of_sub_frame,
         .sends = inputs->params->lambert ? BD_SENDS_LAMBERT : BD_SENDS_ALL,
+        .glass = inputs->glass ? BD_GLASS_PASSES : BD_GLASS_HIDES,
     };
 }
 

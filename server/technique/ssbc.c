@@ -159,6 +159,7 @@ const struct bd_technique bd_technique_ssbc = {
               .indirect_visibility = true,
               .lights = BD_LIGHTS_ALL,
               .glossy_receivers = true,
+              .transmission = true,
               .indirect_lights = BD_LIGHTS_ALL},
     .inputs = BD_INPUT_FINAL_GATHER | BD_INPUT_SCREEN,
     .passes = passes,
