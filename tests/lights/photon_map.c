@@ -1,0 +1,112 @@
+// Photons and the irradiance that they tell (lights/photon_map.h): even light, a focus, what faces
+// away, and the map's edges.
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "lights/photon_map.h"
+#include "lights/sequence.h"
+#include "tests/unit/cmocka_all.h"
+
+#define COUNT 16384u
+#define REACH 0.2f
+
+static enum bd_err go_on(void *user)
+{
+    (void)user;
+    return BD_ERR_OK;
+}
+
+static struct bd_photon_map *map_of(const struct bd_photon *photons, uint32_t count)
+{
+    struct bd_photon_map *map;
+    struct bd_err_detail detail;
+    assert_int_equal(bd_photon_map_create(photons, count, REACH, go_on, NULL, &map, &detail),
+                     BD_ERR_OK);
+    return map;
+}
+
+// By chance over the square of side 1 in the plane z = 0, of 3 units of flux.
+static struct bd_photon *even_photons(void)
+{
+    struct bd_photon *photons = calloc(COUNT, sizeof *photons);
+    assert_non_null(photons);
+    for (uint32_t i = 0; i < COUNT; i++) {
+        const float x = (float)(bd_stirred(2 * i) >> 8) * 0x1p-24f;
+        const float y = (float)(bd_stirred(2 * i + 1) >> 8) * 0x1p-24f;
+        photons[i] = (struct bd_photon){{x, y, 0}, {0, 0, 1}, {3.0f / COUNT, 6.0f / COUNT, 0}};
+    }
+    return photons;
+}
+
+// Mean of many places in the middle.
+static f3 seen(const struct bd_photon_map *map, float z, f3 normal, float least)
+{
+    f3 sum = f3_of(0, 0, 0);
+    for (uint32_t i = 0; i < 1024; i++)
+        sum = f3_add(sum,
+                     bd_photon_map_look(
+                         map, f3_of(0.25f + (float)(i % 32) / 64, 0.25f + (float)(i / 32) / 64, z),
+                         normal, least));
+    return f3_scale(sum, 1 / 1024.0f);
+}
+
+static void even_light_is_what_it_is(void **state)
+{
+    (void)state;
+    struct bd_photon *photons = even_photons();
+    struct bd_photon_map *map = map_of(photons, COUNT);
+    const f3 up = f3_of(0, 0, 1), down = f3_of(0, 0, -1);
+    const f3 nearest = seen(map, 0, up, 0), wide = seen(map, 0, up, 0.1f);
+    assert_float_equal(nearest.x, 3, 0.12);
+    assert_float_equal(nearest.y, 6, 0.24);
+    assert_float_equal(wide.x, 3, 0.12);
+    assert_float_equal(seen(map, 0, down, 0).x, 0, 0);
+    assert_float_equal(seen(map, 2 * REACH, up, 0).x, 0, 0);
+    bd_photon_map_destroy(&map);
+    free(photons);
+}
+
+// All in one point: over a disk that is no smaller than asked for, nothing is lost.
+static void a_focus_keeps_its_flux(void **state)
+{
+    (void)state;
+    struct bd_photon photons[100];
+    for (uint32_t i = 0; i < 100; i++)
+        photons[i] = (struct bd_photon){{0.5f, 0.5f, 0}, {0, 0, 1}, {0.01f, 0.01f, 0.01f}};
+    struct bd_photon_map *map = map_of(photons, 100);
+    const uint32_t side = 200;
+    double flux = 0;
+    for (uint32_t i = 0; i < side * side; i++)
+        flux += bd_photon_map_look(map,
+                                   f3_of(((float)(i % side) + 0.5f) / (float)side,
+                                         ((float)(i / side) + 0.5f) / (float)side, 0),
+                                   f3_of(0, 0, 1), 0.05f)
+                    .x;
+    assert_float_equal(flux / (side * side), 1, 0.02);
+    assert_float_equal(bd_photon_map_look(map, f3_of(0.5f, 0.5f, 0), f3_of(0, 0, 1), 0.05f).x,
+                       2 / (M_PI * 0.05 * 0.05), 1);
+    bd_photon_map_destroy(&map);
+}
+
+static void few_tell_what_they_have(void **state)
+{
+    (void)state;
+    const struct bd_photon one = {{0, 0, 0}, {0, 0, 1}, {1, 0, 0}};
+    struct bd_photon_map *map = map_of(&one, 1), *none = map_of(NULL, 0);
+    const f3 origin = f3_of(0, 0, 0), up = f3_of(0, 0, 1);
+    assert_float_equal(bd_photon_map_look(map, origin, up, 0).x, 2 / (M_PI * REACH * REACH), 1e-3);
+    assert_float_equal(bd_photon_map_look(none, origin, up, 0).x, 0, 0);
+    bd_photon_map_destroy(&map);
+    bd_photon_map_destroy(&none);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(even_light_is_what_it_is),
+        cmocka_unit_test(a_focus_keeps_its_flux),
+        cmocka_unit_test(few_tell_what_they_have),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
