@@ -267,6 +267,13 @@ static const char *no_rough_lobe(const struct bd_plan *plan, const struct bd_sce
                                      : "every surface is smooth or metal";
 }
 
+static const char *no_caustics(const struct bd_plan *plan, const struct bd_scene *scene)
+{
+    if (!scene->features.has_transmissive) return "no surface lets light through";
+    if (!plan->glass) return "glass is opaque";
+    return plan->params.caustics ? "no lamp shines" : "caustics=off";
+}
+
 // Where none is for glossy receivers alone, the one that lights.
 static const char *glossy_pass(const struct bd_technique *technique)
 {
@@ -285,6 +292,8 @@ static void list_omitted(const struct bd_plan *plan, const struct bd_scene *scen
         omit(report, true, glossy_pass(plan->technique), no_glossy_lobe(plan));
     if (plan->final_gather && !plan->rough)
         omit(report, true, pass_when(plan->technique, BD_WHEN_ROUGH), no_rough_lobe(plan, scene));
+    if (plan->final_gather && !plan->caustics)
+        omit(report, true, pass_when(plan->technique, BD_WHEN_CAUSTICS), no_caustics(plan, scene));
     if (plan->indirect && plan->technique->inputs & BD_INPUT_SCREEN)
         list_omitted_of_clamp(plan, report);
 }
@@ -488,6 +497,8 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
     out->rough = out->final_gather && !out->params.lambert && f->has_rough &&
                  (out->short_rays || !(out->technique->inputs & BD_INPUT_SCREEN)) &&
                  out->params.far_rays >= BD_FAR_RAYS_FOR_ROUGH;
+    out->caustics = out->final_gather && out->glass && out->params.caustics &&
+                    (out->light_count > 0 || out->emitters);
     out->flux_lm = total_flux_lm(out, scene);
     out->rays = out->indirect && (out->final_gather || asks(out, BD_VISIBILITY_RAYS));
     out->imperfect = out->indirect && asks(out, BD_VISIBILITY_ISM);

@@ -454,7 +454,8 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
             .walking = BD_READ_LIGHT_SHAPE | BD_READ_LIGHT_POWER,
             .gathering = ASPECT(ROUGHNESS),
             .params = PARAMS_OF_VPL | PARAM(BRDF) | PARAM(ALPHA) | PARAM(EXECUTOR) |
-                      PARAM(INDIRECT_BOUNCES) | PARAM(WALK_VPLS) | PARAM(CLAMP),
+                      PARAM(INDIRECT_BOUNCES) | PARAM(WALK_VPLS) | PARAM(CLAMP) | PARAM(CAUSTICS) |
+                      PARAM(PHOTONS),
             KEEPS(light_paths, frame, light_paths, bd_run_light_paths),
         },
     [BD_STAGE_VPL_ORDER] =
@@ -551,7 +552,7 @@ static uint32_t what_holds(const struct bd_plan *plan)
            (plan->rays || plan->imperfect ? BD_WHEN_ASKED : 0) |
            (plan->chosen ? BD_WHEN_CHOSEN : 0) | (plan->filtered ? BD_WHEN_FILTERED : 0) |
            (plan->from_screen ? BD_WHEN_SCREEN : 0) | (plan->short_rays ? BD_WHEN_SHORT : 0) |
-           BD_WHEN_FIRST;
+           (plan->caustics ? BD_WHEN_CAUSTICS : 0) | BD_WHEN_FIRST;
 }
 
 uint32_t bd_stage_passes(const struct bd_plan *plan, enum bd_stage stage,

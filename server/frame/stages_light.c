@@ -197,6 +197,7 @@ enum bd_err bd_run_light_paths(struct bd_frame *frame, struct bd_frame_light *li
                  : plan->final_gather ? BD_SENDS_ALL
                                       : BD_SENDS_DIFFUSE,
         .glass = plan->glass && plan->final_gather,
+        .photons = plan->caustics ? plan->params.photons : 0,
         .root_side = bd_plan_light_path_root_side(plan),
     };
     const enum bd_err err =

@@ -17,6 +17,8 @@
 #define UNITS_PER_HIT 100.0
 // What points stand for a place.
 #define UNITS_PER_PLACE 400.0
+// Of the scene's radius, over which what lies behind glass is spread.
+#define CAUSTICS_SPREAD 0.03f
 // Numbers that nobody else of a frame draws by its seed.
 #define OF_ROULETTE 0x726f756cu
 // Chance to ask for first light, in parts of it that are left out.
@@ -184,7 +186,8 @@ static void tell_ray(const struct far *f, uint32_t group, uint32_t ray)
 static void add_emission(const struct far *f, uint32_t group, uint32_t ray)
 {
     const bool is_sky = f->rays.hits[ray].triangle == BD_NO_TRIANGLE;
-    if (f->inputs->glass == BD_GLASS_SHOWS_SKY && !is_sky) return;
+    const bool sky_alone = f->inputs->caustics || f->inputs->glass == BD_GLASS_SHOWS_SKY;
+    if (sky_alone && !is_sky) return;
     const f3 radiance = bd_onward_emission(f->inputs->first, &f->rays.rays[ray], &f->rays.hits[ray],
                                            &f->rays.ways[ray]);
     add(f, group, f->rays.lanes[ray], f3_scale(radiance, F_PI / (float)f->inputs->rays));
@@ -304,12 +307,22 @@ static enum bd_err add_light_of_points(struct far *f)
 }
 
 // What becomes of the irradiance of each place.
+// A diffuse surface sees no focus in what another sends, and few rays would find one.
+static f3 caustics_at(const struct far *f, const struct bd_surface_point *place)
+{
+    return bd_photon_map_look(f->inputs->caustics, place->position, place->normal,
+                              CAUSTICS_SPREAD * (float)f->surfaces.space.radius);
+}
+
 static void send_on(void *user, uint32_t group)
 {
     const struct far *f = user;
-    for (uint32_t i = group * BD_LANES; i < (group + 1) * BD_LANES && i < f->place_total; i++)
+    for (uint32_t i = group * BD_LANES; i < (group + 1) * BD_LANES && i < f->place_total; i++) {
+        if (f->inputs->caustics)
+            f->irradiance[i] = f3_add(f->irradiance[i], caustics_at(f, &f->places[i]));
         f->irradiance[i] = f3_scale(
             f3_mul(f->irradiance[i], sent(f, f->askers[i].ray, f->cosine[i])), f->askers[i].share);
+    }
 }
 
 static enum bd_err add_light_of_places(struct far *f)

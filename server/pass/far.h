@@ -26,6 +26,7 @@
 
 #include "lights/irradiance_cells.h"
 #include "lights/irradiance_points.h"
+#include "lights/photon_map.h"
 #include "pass/first_light.h"
 #include "pass/gather_fragments.h"
 
@@ -36,7 +37,7 @@ struct bd_screen;
 enum bd_far_glass {
     BD_GLASS_HIDES,
     BD_GLASS_PASSES,    // rays go on through it, and bring what shines behind it
-    BD_GLASS_SHOWS_SKY, // of that they bring the sky alone, and nothing else
+    BD_GLASS_SHOWS_SKY, // nothing but the sky
 };
 
 struct bd_far_inputs {
@@ -56,6 +57,9 @@ struct bd_far_inputs {
     uint64_t seed;
     enum bd_sends sends; // what surfaces do
     enum bd_far_glass glass;
+    // Where lamps' light lies behind glass, as first light does: virtual lights have it, rays what
+    // those leave out of it, and nothing of lamps themselves. NULL: rays bring all.
+    const struct bd_photon_map *caustics;
 };
 
 // Of pixels, in a pass "far". Adds to `irradiance`, `noise` and `rays` of `indirect`.

@@ -9,6 +9,7 @@
 #include "lights/surface_hits.h"
 #include "pass/emitter_photons.h"
 #include "pass/nearest.h"
+#include "pass/onward.h"
 #include "pass/punctual_photons.h"
 #include "pass/receivers.h"
 
@@ -19,6 +20,7 @@
 // Numbers that nobody else of a frame draws by its seed.
 #define OF_PUNCTUALS 0x766c616du
 #define OF_EMITTERS  0x76656d69u
+#define OF_GLASS     0x76676c73u
 
 struct photons {
     const struct bd_pass_context *context;
@@ -29,6 +31,8 @@ struct photons {
     struct bd_ray_hit *met;
     f3 *flux;             // of each
     float *inverse_range; // of its punctual light
+    struct bd_way *ways;  // with glass; else NULL, as are numbers
+    uint32_t *numbers;
     struct bd_vec4 (*lights)[BD_VPL_VEC4S];
 };
 
@@ -108,9 +112,10 @@ static void land(const struct photons *p, uint32_t i)
     if (hit->triangle == BD_NO_TRIANGLE ||
         !bd_surface_hit_at(&p->hits, hit->triangle, hit->u, hit->v, f3_of(d[0], d[1], d[2]), &at))
         return;
-    const f3 diffuse =
-        bd_surface_hit_sent(&p->hits, hit->triangle, hit->u, hit->v, p->inputs->sends,
-                            -f3_dot(at.normal, f3_of(d[0], d[1], d[2])));
+    const float cosine = -f3_dot(at.normal, f3_of(d[0], d[1], d[2]));
+    // What goes on through glass ends at the rest of it by chance.
+    const f3 diffuse = (p->ways ? bd_surface_hit_diffuse : bd_surface_hit_sent)(
+        &p->hits, hit->triangle, hit->u, hit->v, p->inputs->sends, cosine);
     const float window = window_of_range(hit->distance, p->inverse_range[i]);
     p->lights[i][0] = vec4_of(at.position);
     p->lights[i][1] = vec4_of(at.normal);
@@ -123,6 +128,24 @@ static void land_group(void *user, uint32_t group)
     for (uint32_t i = group * BD_LANES; i < (group + 1) * BD_LANES && i < p->count; i++) land(p, i);
 }
 
+// A light's range is that of its first leg.
+static enum bd_err go_on(struct photons *p, struct bd_ray_counts *traced,
+                         struct bd_err_detail *detail)
+{
+    for (uint32_t i = 0; i < p->count; i++) {
+        p->ways[i] = bd_way_begins;
+        p->numbers[i] = i;
+        p->flux[i] = f3_scale(p->flux[i], window_of_range(p->met[i].distance, p->inverse_range[i]));
+        p->inverse_range[i] = 0;
+    }
+    const enum bd_err err = bd_onward_run(p->context, &p->hits, p->inputs->visibility,
+                                          BD_CARRIES_FLUX, p->inputs->seed ^ OF_GLASS, p->numbers,
+                                          p->rays, p->met, p->ways, p->count, traced, detail);
+    for (uint32_t i = 0; !err && i < p->count; i++)
+        p->flux[i] = f3_mul(p->flux[i], p->ways[i].weight);
+    return err;
+}
+
 static enum bd_err fly(struct photons *p, struct bd_err_detail *detail)
 {
     struct bd_ray_counts traced = {0};
@@ -132,6 +155,7 @@ static enum bd_err fly(struct photons *p, struct bd_err_detail *detail)
     if (!err)
         err = bd_nearest_ask(p->context, p->inputs->visibility, p->rays, p->count, p->met, &traced,
                              detail);
+    if (!err && p->ways) err = go_on(p, &traced, detail);
     bd_slicer_work(p->context->slicer, "first vpls");
     if (!err)
         err = bd_receivers_each(p->context, (p->count + BD_LANES - 1) / BD_LANES,
@@ -157,7 +181,12 @@ enum bd_err bd_first_vpls_run(const struct bd_pass_context *context,
     memset(lights, 0, room * sizeof *lights);
     memset(quads, 0, room * sizeof *quads);
     bd_surface_hits_init(&p.hits, inputs->snapshot);
-    if (!p.rays || !p.met || !p.flux || !p.inverse_range)
+    if (inputs->glass) {
+        p.ways = malloc((room + 1) * sizeof *p.ways);
+        p.numbers = malloc((room + 1) * sizeof *p.numbers);
+    }
+    const bool has_glass = (p.ways && p.numbers) || !inputs->glass;
+    if (!p.rays || !p.met || !p.flux || !p.inverse_range || !has_glass)
         err = bd_err_set(detail, BD_ERR_NO_MEMORY, "vpls", "no memory for %zu photons", room);
     if (!err && room > 0) err = fly(&p, detail);
     bd_surface_hits_finish(&p.hits);
@@ -165,5 +194,7 @@ enum bd_err bd_first_vpls_run(const struct bd_pass_context *context,
     free(p.met);
     free(p.flux);
     free(p.inverse_range);
+    free(p.ways);
+    free(p.numbers);
     return err;
 }

@@ -39,6 +39,7 @@ struct bd_first_vpls_inputs {
     uint32_t of_punctuals, of_emitters;    // photons, at most BD_FIRST_VPLS_MAX of either
     uint64_t seed;
     enum bd_sends sends; // what surfaces do
+    bool glass;          // photons go on through it (pass/onward.h)
 };
 
 // Of each photon a VPL, which sends nothing where that met nothing: so many of each array as there

@@ -285,10 +285,14 @@ static f3 light_of_place(const struct gloss *g, uint32_t i)
 {
     const struct bd_surface_point *at = &g->places[i];
     if (at->triangle == BD_NO_TRIANGLE) return f3_of(0, 0, 0);
-    const f3 light = f3_mul(g->irradiance[i], sent(g, i, g->cosine[i]));
-    if (!g->inputs->cells) return light;
-    const f3 cached = bd_irradiance_cells_look(g->inputs->cells, at->position, at->normal);
-    return f3_add(light, f3_mul(cached, sent(g, i, BD_FROM_EVERYWHERE)));
+    const struct bd_far_inputs *in = g->inputs;
+    f3 light = f3_mul(g->irradiance[i], sent(g, i, g->cosine[i])), more = f3_of(0, 0, 0);
+    if (in->cells) more = bd_irradiance_cells_look(in->cells, at->position, at->normal);
+    if (in->caustics)
+        more = f3_add(more, bd_photon_map_look(in->caustics, at->position, at->normal, 0));
+    if (in->cells || in->caustics)
+        light = f3_add(light, f3_mul(more, sent(g, i, BD_FROM_EVERYWHERE)));
+    return light;
 }
 
 // Irradiance where rays end becomes light that their pixels reflect.

@@ -7,6 +7,7 @@
 #include "base/assert.h"
 #include "lights/surface_points.h"
 #include "pass/area_samples.h"
+#include "pass/caustic_photons.h"
 #include "pass/far.h"
 #include "pass/first_vpls.h"
 #include "pass/light_patches.h"
@@ -252,6 +253,7 @@ static enum bd_err write_first(struct paths *p, struct bd_vpl_list **list)
         .of_emitters = in->emitter_vpls,
         .seed = in->seed,
         .sends = in->sends,
+        .glass = in->photons > 0,
     };
     if (in->punctual_vpls > BD_FIRST_VPLS_MAX) return too_many(p, in->punctual_vpls);
     if (in->emitter_vpls > BD_FIRST_VPLS_MAX) return too_many(p, in->emitter_vpls);
@@ -316,6 +318,22 @@ static enum bd_err write_lists(struct paths *p, struct bd_light_paths *paths)
     return err ? err : keep_points(p, paths);
 }
 
+static enum bd_err send_photons(struct paths *p, struct bd_light_paths *paths)
+{
+    const struct bd_light_paths_inputs *in = p->inputs;
+    const struct bd_caustic_photons_inputs how = {
+        .snapshot = in->snapshot,
+        .visibility = &in->visibility,
+        .punctuals = in->punctuals,
+        .punctual_count = in->punctual_count,
+        .emitters = in->lights && in->lights->count > 0 ? in->lights : NULL,
+        .from_cd_m2 = (float)(1 / in->scene->space.unit_cd_m2),
+        .count = in->photons,
+        .seed = in->seed,
+    };
+    return bd_caustic_photons_run(&p->context, &how, &paths->caustics, p->detail);
+}
+
 // --- the pass -----------------------------------------------------------------------------------
 
 static enum bd_err walk(struct paths *p)
@@ -329,6 +347,7 @@ static enum bd_err walk(struct paths *p)
         .reflections = p->inputs->reflections,
         .sends = p->inputs->sends,
         .glass = p->inputs->glass,
+        .caustics_are_first = p->inputs->photons > 0,
         .emitters = p->inputs->walk_vpls > 0 ? p->inputs->lights : NULL,
         .from_cd_m2 = p->sampling.from_cd_m2,
         .seed = p->inputs->walk_vpls > 0 ? bd_askers_seed(p->inputs->seed) : 0,
@@ -376,6 +395,7 @@ enum bd_err bd_light_paths_run(const struct bd_pass_context *context,
     BD_ASSERT(*out);
     enum bd_err err = find_points(&p);
     if (!err) err = write_lists(&p, *out);
+    if (!err && inputs->photons > 0) err = send_photons(&p, *out);
     if (err) bd_light_paths_destroy(context->gpu, out);
     bd_surface_points_finish(&p.points);
     free(p.segments);
@@ -397,6 +417,7 @@ void bd_light_paths_destroy(struct bd_gpu *gpu, struct bd_light_paths **paths)
     bd_vpl_list_destroy(gpu, &(*paths)->clamped);
     bd_vpl_tree_destroy(gpu, &(*paths)->tree);
     bd_irradiance_points_destroy(&(*paths)->further);
+    bd_photon_map_destroy(&(*paths)->caustics);
     free(*paths);
     *paths = NULL;
 }
@@ -410,5 +431,6 @@ uint64_t bd_light_paths_bytes(const struct bd_light_paths *paths)
 {
     return list_bytes(paths->vpls) + list_bytes(paths->first) + list_bytes(paths->all) +
            list_bytes(paths->clamped) + (paths->tree ? bd_vpl_tree_bytes(paths->tree) : 0) +
-           (paths->further ? bd_irradiance_points_bytes(paths->further) : 0);
+           (paths->further ? bd_irradiance_points_bytes(paths->further) : 0) +
+           (paths->caustics ? bd_photon_map_bytes(paths->caustics) : 0);
 }

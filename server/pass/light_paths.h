@@ -31,6 +31,7 @@
 
 #include "lights/area_lights.h"
 #include "lights/irradiance_points.h"
+#include "lights/photon_map.h"
 #include "lights/surface_points.h"
 #include "pass/visibility.h"
 #include "pass/vpl_grid.h"
@@ -64,6 +65,7 @@ struct bd_light_paths_inputs {
     double near_field;   // as in pass/vpl_grid.h
     enum bd_sends sends; // what surfaces do
     bool glass;          // for a final gather: light goes through it
+    uint32_t photons;    // that lamps send there; 0: none
     uint32_t root_side;  // of a tree over them, `count` a square of a power of two; 0: none
 };
 
@@ -75,6 +77,7 @@ struct bd_light_paths {
     // place further.
     struct bd_vpl_list *first, *all, *clamped;
     struct bd_irradiance_points *further;
+    struct bd_photon_map *caustics; // where lamps' light lies behind glass; NULL: not asked for
 };
 
 BD_MUST_CHECK

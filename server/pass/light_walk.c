@@ -181,7 +181,8 @@ static enum bd_err find_who_takes(struct walk *w)
 // Whose light it is that arrives: first light has its own lists, which nobody behind glass asks.
 static f3 *arrived_of(struct walk *w, uint32_t i)
 {
-    return w->round == 0 && w->ways && w->ways[i].events > 0 ? w->through : w->arrived;
+    const bool is_apart = w->round == 0 && w->ways && !w->inputs->caustics_are_first;
+    return is_apart && w->ways[i].events > 0 ? w->through : w->arrived;
 }
 
 // Where photon `i` landed.

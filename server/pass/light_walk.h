@@ -41,6 +41,7 @@ struct bd_light_walk_inputs {
     uint32_t reflections; // that light takes at most on its way to a point; 0 to 63
     enum bd_sends sends;  // as in lights/surface_points.h
     bool glass;           // photons go on through it (pass/onward.h)
+    bool caustics_are_first; // what comes straight from lights through it counts as if without
     uint32_t seed;        // of photons
 };
 
@@ -49,7 +50,7 @@ struct bd_lit_points {
     f3 *others;  // straight from lights that send no photons
     f3 *behind;  // from the former through glass; NULL: nothing
     f3 *first;   // straight from those that do
-    f3 *further; // from any, after reflections or through glass
+    f3 *further; // from any, after reflections; through glass what is not the first
 };
 
 // `lit->others` and `behind` are the caller's, allocated; the result is of all points that there

@@ -1,6 +1,7 @@
 #include "technique/far_light.h"
 
 #include "pass/cache.h"
+#include "pass/caustics.h"
 #include "pass/filter_light.h"
 #include "pass/gather_chosen_fragments.h"
 #include "pass/gloss.h"
@@ -25,6 +26,7 @@ struct bd_far_inputs bd_far_of_list(const struct bd_technique_inputs *inputs,
         .seed = inputs->seed_of_sub_frame,
         .sends = inputs->params->lambert ? BD_SENDS_LAMBERT : BD_SENDS_ALL,
         .glass = inputs->glass ? BD_GLASS_PASSES : BD_GLASS_HIDES,
+        .caustics = inputs->light_paths->caustics,
     };
 }
 
@@ -81,7 +83,19 @@ enum bd_err bd_far_light_pixels(const struct bd_pass_context *context,
         bd_far_of_list(inputs, &rays, list, own_rays(inputs, inputs->params->far_rays));
     far.cells = inputs->cells;
     enum bd_err err = bd_gather_chosen_fragments_run(context, &chosen, out, detail);
-    return err ? err : bd_far_of_fragments(context, &far, &gather, *out, detail);
+    if (!err) err = bd_far_of_fragments(context, &far, &gather, *out, detail);
+    if (err || !paths->caustics) return err;
+    return bd_caustics_of_fragments(context, inputs->pool, paths->caustics, &gather, *out, detail);
+}
+
+enum bd_err bd_far_light_caustics(const struct bd_pass_context *context,
+                                  const struct bd_technique_inputs *inputs,
+                                  const struct bd_gather_inputs *gather,
+                                  struct bd_indirect *indirect, struct bd_err_detail *detail)
+{
+    const struct bd_photon_map *map = inputs->light_paths->caustics;
+    if (!map) return BD_ERR_OK;
+    return bd_caustics_run(context, inputs->pool, map, gather, indirect, detail);
 }
 
 enum bd_err bd_far_light_lobes(const struct bd_pass_context *context,

@@ -47,6 +47,13 @@ enum bd_err bd_far_light_cache(const struct bd_pass_context *context,
 BD_MUST_CHECK
 bd_light_fragments_fn bd_far_light_pixels;
 
+// What lamps send to pixels through glass, in a pass "caustics".
+BD_MUST_CHECK
+enum bd_err bd_far_light_caustics(const struct bd_pass_context *context,
+                                  const struct bd_technique_inputs *inputs,
+                                  const struct bd_gather_inputs *gather,
+                                  struct bd_indirect *indirect, struct bd_err_detail *detail);
+
 // Of a later sub-frame all lobes anew, into the first one's cache, in passes "gloss" and "filter".
 BD_MUST_CHECK
 enum bd_err bd_far_light_lobes(const struct bd_pass_context *context,

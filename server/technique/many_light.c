@@ -15,6 +15,7 @@
 //         surfaces that a later sub-frame lights by itself reflect by the mean of their lobe; the
 //         cheapest rung flickers while lights move
 
+#include "pass/caustics.h"
 #include "pass/filter_light.h"
 #include "pass/gather_chosen.h"
 #include "pass/gloss.h"
@@ -39,9 +40,10 @@ static enum bd_err complete(const struct bd_pass_context *context,
     far.rays = bd_few_rays(inputs->params->far_rays);
     if (!err && inputs->rough_receivers)
         err = bd_gloss_of_rough_run(context, &far, gather, indirect, detail);
-    if (err || !inputs->filtered) return err;
     const struct bd_smoothing smoothing = {BD_FAR_FILTER_LEVELS, inputs->variance_part, false};
-    return bd_filter_light_run(context, gather, &smoothing, indirect, detail);
+    if (!err && inputs->filtered)
+        err = bd_filter_light_run(context, gather, &smoothing, indirect, detail);
+    return err ? err : bd_far_light_caustics(context, inputs, gather, indirect, detail);
 }
 
 // No virtual light lights a lobe.
@@ -70,25 +72,34 @@ static enum bd_err light(const struct bd_pass_context *context,
 }
 
 static const struct bd_technique_pass passes[] = {
-    {"weigh", BD_WHEN_CHOSEN},     {"choose", BD_WHEN_ASKED},
-    {"visibility", BD_WHEN_ASKED}, {"gather", 0},
-    {"cache", BD_WHEN_FIRST},      {"far", BD_WHEN_ASKED},
-    {"gloss", BD_WHEN_GLOSSY},     {"rough", BD_WHEN_ROUGH | BD_WHEN_FIRST},
-    {"filter", BD_WHEN_FILTERED},  {NULL, 0},
+    {"weigh", BD_WHEN_CHOSEN},
+    {"choose", BD_WHEN_ASKED},
+    {"visibility", BD_WHEN_ASKED},
+    {"gather", 0},
+    {"cache", BD_WHEN_FIRST},
+    {"far", BD_WHEN_ASKED},
+    {"gloss", BD_WHEN_GLOSSY},
+    {"rough", BD_WHEN_ROUGH | BD_WHEN_FIRST},
+    {"filter", BD_WHEN_FILTERED},
+    {"caustics", BD_WHEN_CAUSTICS},
+    {NULL, 0},
 };
 static const struct bd_param_default defaults[] = {
     {BD_PARAM_VPLS, 1024},           {BD_PARAM_VPL_KERNEL, BD_KERNEL_DISK}, {BD_PARAM_RAYS, 4},
     {BD_PARAM_INDIRECT_BOUNCES, 64}, {BD_PARAM_ALPHA, BD_RAYS_ALPHA_MASK},
 };
 static const char *const ladder[] = {
-    "vpls=512 rays=2 far_rays=2 walk_vpls=512 cache_cells=512 light_rays=16",
-    "vpls=1024 rays=4 far_rays=4 walk_vpls=2048 cache_cells=2048 light_rays=16",
-    "vpls=2048 rays=8 far_rays=8 walk_vpls=4096 cache_cells=4096 light_rays=16",
-    "vpls=4096 rays=16 far_rays=16 walk_vpls=4096 cache_cells=4096 light_rays=32",
-    "vpls=8192 rays=32 far_rays=32 walk_vpls=8192 cache_cells=8192 light_rays=32",
-    "vpls=16384 rays=64 far_rays=64 walk_vpls=16384 cache_cells=32768 light_rays=64",
-    "vpls=32768 rays=128 far_rays=128 walk_vpls=32768 cache_cells=65536 light_rays=64",
-    "vpls=65536 rays=256 far_rays=256 walk_vpls=65536 cache_cells=131072 light_rays=128",
+    "vpls=512 rays=2 far_rays=2 walk_vpls=512 cache_cells=512 light_rays=16 photons=32768",
+    "vpls=1024 rays=4 far_rays=4 walk_vpls=2048 cache_cells=2048 light_rays=16 photons=65536",
+    "vpls=2048 rays=8 far_rays=8 walk_vpls=4096 cache_cells=4096 light_rays=16 photons=131072",
+    "vpls=4096 rays=16 far_rays=16 walk_vpls=4096 cache_cells=4096 light_rays=32 photons=262144",
+    "vpls=8192 rays=32 far_rays=32 walk_vpls=8192 cache_cells=8192 light_rays=32 photons=524288",
+    "vpls=16384 rays=64 far_rays=64 walk_vpls=16384 cache_cells=32768 light_rays=64 "
+    "photons=1048576",
+    "vpls=32768 rays=128 far_rays=128 walk_vpls=32768 cache_cells=65536 light_rays=64 "
+    "photons=1048576",
+    "vpls=65536 rays=256 far_rays=256 walk_vpls=65536 cache_cells=131072 light_rays=128 "
+    "photons=1048576",
     NULL,
 };
 
@@ -106,7 +117,8 @@ const struct bd_technique bd_technique_many_light = {
     .params_read = BD_READS_DIRECT | BD_READS(BD_PARAM_VPLS) | BD_READS_VISIBILITY |
                    BD_READS_LIGHT_PATHS | BD_READS(BD_PARAM_WALK_VPLS) |
                    BD_READS(BD_PARAM_CACHE_CELLS) | BD_READS(BD_PARAM_FAR_RAYS) |
-                   BD_READS(BD_PARAM_SUB_FRAMES) | BD_READS(BD_PARAM_LIGHT_BLOCKS),
+                   BD_READS(BD_PARAM_SUB_FRAMES) | BD_READS(BD_PARAM_LIGHT_BLOCKS) |
+                   BD_READS_CAUSTICS,
     .defaults = defaults,
     .default_count = sizeof defaults / sizeof *defaults,
     .tolerance = {.direct = 1e-3, .indirect = 3e-2}, // of sums: noise of its virtual lights

@@ -203,6 +203,10 @@ static const struct param_row table[BD_PARAM_COUNT] = {
            "where no point lies nothing hides, or what texels beside it say", "open", "filled"),
     REAL(LAMP_RADIUS, "lamp_radius", lamp_radius_m, 0, 1e6, 0,
          "of punctual lights, metres, and of directional ones at one metre; 0: points"),
+    CHOICE(CAUSTICS, "caustics", caustics, 1,
+           "photons of lamps where they land behind glass; auto: where there is any", "off",
+           "auto"),
+    COUNT(PHOTONS, "photons", photons, 1024, BD_PHOTONS_MAX, 65536, "that lamps send to glass"),
 };
 
 // Other words for choices. They are read, and never written.

@@ -108,6 +108,9 @@ enum bd_param {
     BD_PARAM_ISM_BIAS,
     BD_PARAM_ISM_HOLES,
     BD_PARAM_LAMP_RADIUS,
+    // Of what lamps send through glass (pass/caustics.h).
+    BD_PARAM_CAUSTICS,
+    BD_PARAM_PHOTONS,
     BD_PARAM_COUNT,
 };
 
@@ -184,6 +187,8 @@ struct bd_params {
     double ism_bias;
     uint32_t ism_holes; // 0 = open, 1 = filled
     double lamp_radius_m;
+    uint32_t caustics; // 0 = off, 1 = auto: where there is glass
+    uint32_t photons;
 };
 
 // Of what a clamp takes off, of techniques that read `residual`: whether the picture gives it back,

@@ -82,8 +82,9 @@ static enum bd_err complete(const struct bd_pass_context *context,
     enum bd_err err = BD_ERR_OK;
     if (rays) err = bring_back(context, inputs, chosen->gather, screen, indirect, detail);
     if (!err && screen) err = give_back(context, inputs, screen, indirect, detail);
-    if (err || !inputs->filtered) return err;
-    return bd_filter_light_run(context, chosen->gather, &smoothing, indirect, detail);
+    if (!err && inputs->filtered)
+        err = bd_filter_light_run(context, chosen->gather, &smoothing, indirect, detail);
+    return err ? err : bd_far_light_caustics(context, inputs, chosen->gather, indirect, detail);
 }
 
 static enum bd_err make_screen(const struct bd_pass_context *context,
@@ -137,6 +138,7 @@ static const struct bd_technique_pass passes[] = {
     {"rough", BD_WHEN_SHORT | BD_WHEN_ROUGH | BD_WHEN_FIRST},
     {"residual", BD_WHEN_SCREEN | BD_WHEN_FIRST},
     {"filter", BD_WHEN_FILTERED},
+    {"caustics", BD_WHEN_CAUSTICS},
     {NULL, 0},
 };
 static const struct bd_param_default defaults[] = {
@@ -144,11 +146,16 @@ static const struct bd_param_default defaults[] = {
     {BD_PARAM_INDIRECT_BOUNCES, 64}, {BD_PARAM_ALPHA, BD_RAYS_ALPHA_MASK},  {BD_PARAM_CLAMP, 0},
 };
 static const char *const ladder[] = {
-    "vpls=512 rays=4 far_rays=2 walk_vpls=512 cache_cells=512 iterations=1 light_rays=16",
-    "vpls=1024 rays=8 far_rays=4 walk_vpls=2048 cache_cells=2048 iterations=2 light_rays=16",
-    "vpls=2048 rays=16 far_rays=8 walk_vpls=4096 cache_cells=4096 iterations=2 light_rays=16",
-    "vpls=4096 rays=32 far_rays=16 walk_vpls=8192 cache_cells=8192 iterations=3 light_rays=32",
-    "vpls=16384 rays=64 far_rays=64 walk_vpls=16384 cache_cells=32768 iterations=4 light_rays=64",
+    "vpls=512 rays=4 far_rays=2 walk_vpls=512 cache_cells=512 iterations=1 light_rays=16"
+    " photons=32768",
+    "vpls=1024 rays=8 far_rays=4 walk_vpls=2048 cache_cells=2048 iterations=2 light_rays=16"
+    " photons=65536",
+    "vpls=2048 rays=16 far_rays=8 walk_vpls=4096 cache_cells=4096 iterations=2 light_rays=16"
+    " photons=131072",
+    "vpls=4096 rays=32 far_rays=16 walk_vpls=8192 cache_cells=8192 iterations=3 light_rays=32"
+    " photons=262144",
+    "vpls=16384 rays=64 far_rays=64 walk_vpls=16384 cache_cells=32768 iterations=4 light_rays=64"
+    " photons=1048576",
     NULL,
 };
 
@@ -170,7 +177,7 @@ const struct bd_technique bd_technique_ssbc = {
                    BD_READS(BD_PARAM_SUB_FRAMES) | BD_READS(BD_PARAM_LIGHT_BLOCKS) |
                    BD_READS(BD_PARAM_ITERATIONS) | BD_READS(BD_PARAM_RESIDUAL_LEVELS) |
                    BD_READS(BD_PARAM_RESIDUAL_THRESHOLD) |
-                   BD_READS(BD_PARAM_RESIDUAL_EDGE_THRESHOLD),
+                   BD_READS(BD_PARAM_RESIDUAL_EDGE_THRESHOLD) | BD_READS_CAUSTICS,
     .defaults = defaults,
     .default_count = sizeof defaults / sizeof *defaults,
     .tolerance = {.direct = 1e-3, .indirect = 5e-2},

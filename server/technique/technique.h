@@ -27,6 +27,7 @@ enum bd_frame_input {
 
 // Parameters that the frame reads for those inputs, G-buffer and direct light included.
 #define BD_READS_LIGHT_PATHS BD_READS(BD_PARAM_INDIRECT_BOUNCES)
+#define BD_READS_CAUSTICS    (BD_READS(BD_PARAM_CAUSTICS) | BD_READS(BD_PARAM_PHOTONS))
 #define BD_READS_VISIBILITY                                                                        \
     (BD_READS(BD_PARAM_INDIRECT_VISIBILITY) | BD_READS(BD_PARAM_RAYS) | BD_READS(BD_PARAM_ALPHA) | \
      BD_READS(BD_PARAM_NOISE_FILTER) | BD_READS(BD_PARAM_ISM_SIZE) |                               \
@@ -169,6 +170,7 @@ enum bd_when {
     BD_WHEN_ROUGH = 1u << 5,    // receivers have a specular lobe that is not
     BD_WHEN_SCREEN = 1u << 6,   // the picture gives back what a clamp takes off
     BD_WHEN_SHORT = 1u << 7,    // short rays bring that back
+    BD_WHEN_CAUSTICS = 1u << 8, // lamps send light through glass
 };
 
 // A pass of the technique's own, which it brackets with bd_gpu_pass_begin and _end.
