@@ -30,8 +30,8 @@ def pane(z, half, facing=1):
     return numpy.float32(places), numpy.float32([(0, 0, facing)] * 4), numpy.uint32(triangles)
 
 
-def gltf(parts):
-    """A scene of (mesh, material) pairs."""
+def gltf(parts, light=None):
+    """A scene of (mesh, material) pairs, and of a light at (0, 0, 4) that shines towards -z."""
     data, views, accessors, meshes = b"", [], [], []
     for m, (mesh, _) in enumerate(parts):
         for array, kind, component in zip(mesh, ("VEC3", "VEC3", "SCALAR"), (5126, 5126, 5125)):
@@ -42,9 +42,14 @@ def gltf(parts):
             data += array.tobytes()
         meshes.append({"primitives": [{"attributes": {"POSITION": 3 * m, "NORMAL": 3 * m + 1}, "indices": 3 * m + 2, "material": m}]})
     used = {name for _, material in parts for name in material.get("extensions", {})}
+    nodes = [{"mesh": m} for m in range(len(parts))]
+    if light:
+        used.add("KHR_lights_punctual")
+        nodes.append({"translation": [0, 0, 4], "extensions": {"KHR_lights_punctual": {"light": 0}}})
     return json.dumps({
-        "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": list(range(len(parts)))}],
-        "nodes": [{"mesh": m} for m in range(len(parts))], "meshes": meshes, "materials": [material for _, material in parts],
+        **({"extensions": {"KHR_lights_punctual": {"lights": [light]}}} if light else {}),
+        "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": list(range(len(nodes)))}],
+        "nodes": nodes, "meshes": meshes, "materials": [material for _, material in parts],
         "accessors": accessors, "bufferViews": views, "extensionsUsed": sorted(used),
         "buffers": [{"byteLength": len(data), "uri": "data:application/octet-stream;base64," + base64.b64encode(data).decode()}]})
 
@@ -55,8 +60,8 @@ def client():
         yield client
 
 
-def add(client, folder, parts, sky=None):
-    (folder / "scene.gltf").write_text(gltf(parts))
+def add(client, folder, parts, sky=None, light=None):
+    (folder / "scene.gltf").write_text(gltf(parts, light))
     return client.scenes.add(folder / "scene.gltf", **({"environment": bounced.Environment(radiance=sky)} if sky else {}))
 
 
@@ -149,3 +154,89 @@ def test_who_does_not_know_glass_says_so(client, tmp_path):
         assert any("transmission_as_opaque" in flag for flag in flags) != knows
     flags = scene.render(size=(8, 8), technique="many_light", parameters={"brdf": "lambert"}).report["flags"]
     assert any("transmission_as_opaque" in flag for flag in flags)
+
+
+GREY = {"pbrMetallicRoughness": {"metallicFactor": 0, "roughnessFactor": 1, "baseColorFactor": [.5, .5, .5, 1]}}
+LIGHTS = [{"type": "point", "intensity": 100}, {"type": "directional", "intensity": 10},
+          {"type": "spot", "intensity": 100, "spot": {"innerConeAngle": .6, "outerConeAngle": .9}}]
+BESIDE = {"eye": (3, 0, .95), "target": (0, 0, 0), "up": (0, 0, 1), "yfov": .7}  # below what is at z = 1 and more
+
+
+def floor_light(scene, size=(64, 64), technique="many_light", **parameters):
+    """Irradiance of the floor at z = 0, and the area of each pixel there, as a camera beside it sees both."""
+    frame = scene.render(size=size, technique=technique, layers=["direct", "indirect"], pose=bounced.Pose(**BESIDE), parameters=parameters)
+    eye = numpy.array(BESIDE["eye"])
+    ahead = -eye / numpy.linalg.norm(eye)
+    right = numpy.cross(ahead, (0, 0, 1)) / numpy.linalg.norm(numpy.cross(ahead, (0, 0, 1)))
+    half = math.tan(BESIDE["yfov"] / 2)
+    y, x = numpy.mgrid[0:size[1], 0:size[0]]
+    rays = ahead + half * (((x + .5) / size[0] * 2 - 1)[..., None] * right + (1 - (y + .5) / size[1] * 2)[..., None] * numpy.cross(right, ahead))
+    place = eye - rays * (eye[2] / rays[..., 2:])
+    area = (2 * half / size[1]) ** 2 * numpy.linalg.norm(place - eye, axis=-1) ** 3 / numpy.linalg.norm(rays, axis=-1) ** 3 / eye[2]
+    lit = sum(frame.layers[layer].astype(float) for layer in ("direct", "indirect"))[..., 0] * math.pi / .5
+    return lit, area, (rays[..., 2] < 0) & (numpy.hypot(place[..., 0], place[..., 1]) < 1.3)
+
+
+@pytest.mark.parametrize("light", LIGHTS, ids=lambda light: light["type"])
+def test_lamps_shine_through_panes(client, tmp_path, light):
+    """As without the pane but for what Fresnel takes, near the axis; direct light has none of it."""
+    floor = (pane(0, 9), GREY)
+    bare, _, disc = floor_light(add(client, tmp_path, [floor], light=light))
+    seen = floor_light(add(client, tmp_path, [floor, (pane(2, 9), THIN)], light=light), photons=1 << 18)[0]
+    print(light["type"], (seen[disc] / bare[disc]).mean())
+    assert (seen[disc] / bare[disc]).mean() == pytest.approx(.96, rel=.03)
+
+
+def focused_lm(ior, candela=100, radius=.7, distance=2):
+    """What a ball lets through of a point's light, by way of two walls: Fresnel's equations along meridians."""
+    def reflected(cosine, eta):
+        beyond = numpy.sqrt(1 - (1 - cosine ** 2) / eta ** 2)
+        return .5 * (((eta * cosine - beyond) / (eta * cosine + beyond)) ** 2 + ((cosine - eta * beyond) / (cosine + eta * beyond)) ** 2)
+    narrow = math.sqrt(1 - (radius / distance) ** 2)
+    sine = numpy.sqrt(1 - (1 - (numpy.arange(4096) + .5) / 4096 * (1 - narrow)) ** 2)
+    back = reflected(numpy.sqrt(1 - (distance * sine / radius) ** 2), ior)  # the same at both walls
+    return candela * 2 * math.pi * (1 - narrow) * ((1 - back) ** 2).mean()
+
+
+def test_a_ball_gathers_what_falls_on_it(client, tmp_path):
+    """D9: all of its light arrives, in a smaller disc; what shines there is no other light's."""
+    weak = json.loads(json.dumps(GLASS))
+    weak["extensions"]["KHR_materials_ior"] = {"ior": 1.2}
+    places, normals, triangles = sphere()
+    ball = (.7 * places + numpy.float32([0, 0, 2]), normals, triangles)
+    scene = add(client, tmp_path, [(pane(0, 9), GREY), (ball, weak)], light=LIGHTS[0])
+    lit, area, disc = floor_light(scene)
+    print((lit * area)[disc].sum(), focused_lm(1.2))
+    assert (lit * area)[disc].sum() == pytest.approx(focused_lm(1.2), rel=.03)
+    without = floor_light(scene, caustics="off")[0]
+    assert (without * area)[disc].sum() < .01 * focused_lm(1.2)
+
+
+def test_a_lamp_behind_glass_is_counted_once(client, tmp_path):
+    """By photons, or by the gather's rays where those are off; and by the reference."""
+    places, normals, triangles = sphere()
+    ball = (.7 * places + numpy.float32([0, 0, 2]), normals, triangles)
+    scene = add(client, tmp_path, [(pane(0, 9), GREY), (ball, GLASS), (pane(4, 1, facing=-1), lamp(10))])
+    sums = {}
+    for name, asked in (("photons", {"photons": 1 << 18}), ("rays", {"caustics": "off", "far_rays": 256}), ("reference", {"technique": "reference", "spp": 256})):
+        lit, area, disc = floor_light(scene, size=(32, 32), **asked)
+        sums[name] = (lit * area)[disc].sum()
+    print(sums)
+    assert sums["photons"] == pytest.approx(sums["reference"], rel=.03)
+    assert sums["rays"] == pytest.approx(sums["reference"], rel=.03)
+
+
+def test_the_same_photons_twice(client, tmp_path):
+    scene = add(client, tmp_path, [(pane(0, 9), GREY), (sphere(16), GLASS)], light=LIGHTS[0])
+    first = floor_light(scene)[0]
+    floor_light(scene, photons=2048)
+    assert numpy.array_equal(scene.render(size=(64, 64), technique="many_light", layers=["indirect"], pose=bounced.Pose(**BESIDE), fresh="all").layers["indirect"],
+                             scene.render(size=(64, 64), technique="many_light", layers=["indirect"], pose=bounced.Pose(**BESIDE)).layers["indirect"])
+    assert numpy.array_equal(first, floor_light(scene)[0])
+
+
+def test_scenes_without_glass_send_no_photons(client, tmp_path):
+    report = add(client, tmp_path, [(pane(0, 9), GREY)], light=LIGHTS[0]).render(size=(8, 8), technique="many_light").report
+    assert {"pass": "caustics", "reason": "no surface lets light through"} in report["omitted"]
+    report = add(client, tmp_path, [(pane(0, 9), GREY), (sphere(16), GLASS)], light=LIGHTS[0]).render(size=(8, 8), technique="many_light").report
+    assert [entry["state"] for entry in report["passes"] if entry["name"] == "caustics"] == ["ran"]
