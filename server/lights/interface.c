@@ -7,6 +7,8 @@
 
 // A lobe narrower than this is beyond what directions in 32 bits resolve (hazard 16).
 #define ALPHA_MIN 1e-3f
+// Nothing comes through a unit of it, and of no way at all everything does.
+#define EXTINCTION_MOST 1e30
 
 // --- what is met --------------------------------------------------------------------------------
 
@@ -51,7 +53,7 @@ static float extinction_of(const struct bd_material *m, const struct bd_render_s
     const double distance_m = m->attenuation_distance_m;
     if (!(m->thickness_m > 0) || !(distance_m > 0) || !isfinite(distance_m)) return 0;
     const double passed = fmax(m->attenuation_color[c], 1e-6);
-    return (float)(fmax(-log(passed), 0) / (distance_m * space->render_per_m));
+    return (float)fmin(fmax(-log(passed), 0) / (distance_m * space->render_per_m), EXTINCTION_MOST);
 }
 
 static float share_of_glass(const struct bd_surface_hits *hits, const struct bd_surface_hit *hit,

@@ -240,3 +240,26 @@ def test_scenes_without_glass_send_no_photons(client, tmp_path):
     assert {"pass": "caustics", "reason": "no surface lets light through"} in report["omitted"]
     report = add(client, tmp_path, [(pane(0, 9), GREY), (sphere(16), GLASS)], light=LIGHTS[0]).render(size=(8, 8), technique="many_light").report
     assert [entry["state"] for entry in report["passes"] if entry["name"] == "caustics"] == ["ran"]
+
+
+EXTREMES = {"mirror": {"ior": {"ior": 0}}, "dense": {"ior": {"ior": 1e6}}, "air": {"ior": {"ior": 1}}, "black": {"color": [0, 0, 0, 1]},
+            "ink": {"volume": {"attenuationDistance": 1e-30, "attenuationColor": [0, 0, 0]}}, "rough": {"roughness": 1}, "satin": {"roughness": 1e-3},
+            "fog": {"volume": {"thicknessFactor": 1e6, "attenuationDistance": 1e30, "attenuationColor": [1, .5, 0]}}}
+
+
+@pytest.mark.parametrize("case", EXTREMES)
+@pytest.mark.parametrize("scale", [1e-4, 1, 1e4])
+def test_extreme_glass_has_numbers(client, tmp_path, case, scale):
+    """No pixel without a number, none brighter than the lamp that it may show, at any scale."""
+    glass, extreme = json.loads(json.dumps(GLASS)), EXTREMES[case]
+    glass["extensions"].setdefault("KHR_materials_ior", {}).update(extreme.get("ior", {}))
+    glass["extensions"]["KHR_materials_volume"].update(extreme.get("volume", {}))
+    glass["pbrMetallicRoughness"].update(roughnessFactor=extreme.get("roughness", 0), baseColorFactor=extreme.get("color", [1, 1, 1, 1]))
+    parts = [(pane(0, 9), GREY), (sphere(16), glass), (pane(4, 1, facing=-1), lamp(10))]
+    for mesh, _ in parts:
+        mesh[0][:] *= scale
+    frame = add(client, tmp_path, parts).render(size=(24, 24), technique="many_light", layers=["beauty"],
+                                                pose=bounced.Pose((3 * scale, 0, 2 * scale), (0, 0, scale), yfov=.9))
+    assert frame.report["nonfinite_pixels"] == 0
+    picture = frame.layers["beauty"][..., :3]
+    assert numpy.isfinite(picture).all() and picture.min() >= 0 and picture.max() < 60
