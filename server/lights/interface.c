@@ -2,11 +2,10 @@
 
 #include <math.h>
 
+#include "kernel/brdf.h"
 #include "lights/directions.h"
 #include "lights/surface.h"
 
-// A lobe narrower than this is beyond what directions in 32 bits resolve (hazard 16).
-#define ALPHA_MIN 1e-3f
 // Nothing comes through a unit of it, and of no way at all everything does.
 #define EXTINCTION_MOST 1e30
 
@@ -86,7 +85,7 @@ static bool fill(const struct bd_surface_hits *hits, const struct bd_surface_hit
         .extinction = f3_of(extinction_of(m, &hits->space, 0), extinction_of(m, &hits->space, 1),
                             extinction_of(m, &hits->space, 2)),
         .share = share,
-        .alpha = roughness > 0 ? f_max(roughness * roughness, ALPHA_MIN) : 0,
+        .alpha = roughness > 0 ? ggx_alpha(roughness) : 0,
         .ior = m->ior,
         .thin = !(m->thickness_m > 0),
         .entering = !from_behind,
@@ -161,15 +160,15 @@ static float eta_of(const struct bd_interface *at)
 static float reflectance(const struct bd_interface *at, float cosine)
 {
     if (!at->thin) return fresnel(cosine, eta_of(at));
-    const float root = (at->ior - 1) / (at->ior + 1), f0 = root * root;
+    const float f0 = bd_f0_of_ior(at->ior);
     return f0 + (1 - f0) * f_fifth(f_min(f_max(1 - cosine, 0), 1));
 }
 
-// Smith's G1 by its root (kernel/brdf.h).
+// Smith's G1.
 static float masking(float cosine, float alpha)
 {
-    const float c = f_max(cosine, 1e-12f), a2 = alpha * alpha;
-    return 2 * c / (c + f_sqrt(c * c * (1 - a2) + a2));
+    const float c = f_max(cosine, 1e-12f);
+    return 2 * c / (c + smith_root(c, alpha));
 }
 
 // Of both directions together, by that of the viewer's, with which facets were chosen: correlated
@@ -180,8 +179,8 @@ static float seen_of_light(const struct bd_interface *at, float to_viewer, float
     if (at->alpha == 0) return 1;
     const float first = masking(to_light, at->alpha);
     if (passes && !at->thin) return first;
-    const float a2 = at->alpha * at->alpha, o = f_max(to_viewer, 1e-4f), i = f_max(to_light, 0);
-    const float root_o = f_sqrt(o * o * (1 - a2) + a2), root_i = f_sqrt(i * i * (1 - a2) + a2);
+    const float o = f_max(to_viewer, 1e-4f), i = f_max(to_light, 0);
+    const float root_o = smith_root(o, at->alpha), root_i = smith_root(i, at->alpha);
     return i * (o + root_o) / f_max(i * root_o + o * root_i, 1e-12f);
 }
 

@@ -81,9 +81,10 @@ static inline float bd_transmission_at(const struct bd_scene *scene,
            bd_map_data_at(scene, &m->transmission_map, primitive, index, u, v).rgb.x;
 }
 
-static inline float bd_f0_of(const struct bd_material *m)
+// Reflectance at normal incidence of a dielectric of that index against air.
+static inline float bd_f0_of_ior(float ior)
 {
-    const float root = (m->ior - 1) / (m->ior + 1);
+    const float root = (ior - 1) / (ior + 1);
     return root * root;
 }
 
@@ -98,7 +99,8 @@ static inline f3 bd_diffuse_of(const struct bd_scene *scene, const struct bd_pri
     const f3 data = bd_map_data_at(scene, &m->metallic_roughness_map, primitive, index, u, v).rgb;
     const float metallic = m->metallic * data.z;
     if (sends == BD_SENDS_DIFFUSE) return f3_scale(base_color, 1 - metallic);
-    return bd_sent_by_all(base_color, metallic, m->roughness * data.y, bd_f0_of(m), cosine);
+    return bd_sent_by_all(base_color, metallic, m->roughness * data.y, bd_f0_of_ior(m->ior),
+                          cosine);
 }
 
 // Of what a surface sends on, what does not pass through it instead: glass of lights that know it

@@ -2,18 +2,20 @@
 // visibility. Where light first falls, virtual lights of one softness stand for it, of which each
 // pixel asks a few by rays; rays of the diffuse lobe that end in a cache of irradiance bring what
 // was reflected further, and what that softness leaves out; rays of specular lobes bring all of
-// theirs; a filter smooths each as far as its noise goes. The arithmetic is the processor's,
-// whatever the device, but for rays (pass/visibility.h) and the gather.
+// theirs, and what glass shows; a filter smooths each as far as its noise goes; photons bring what
+// lamps send through glass. The arithmetic is the processor's, whatever the device, but for rays
+// (pass/visibility.h) and the gather.
 //
 // Papers: Keller 1997 (instant radiosity); Kollig and Keller 2004 (what a bounded kernel leaves
-//         out); Jensen 1996 (final gather)
-// Exact when: `vpls`, `rays`, `far_rays`, `walk_vpls` and `cache_cells` grow, and surfaces send
-//         light on as diffuse ones do
-// Known:  surfaces send on as much as their whole BRDF reflects, but evenly, so there are no
-//         caustics; a cell of the cache may lie on both sides of a thin wall; light that comes
-//         through what few photons find (a slit) is late, and own_estimate says half of it; rough
-//         surfaces that a later sub-frame lights by itself reflect by the mean of their lobe; the
-//         cheapest rung flickers while lights move
+//         out); Jensen 1996 (final gather, photons)
+// Exact when: `vpls`, `rays`, `far_rays`, `walk_vpls`, `cache_cells` and `photons` grow, and
+//         surfaces send light on as diffuse ones do
+// Known:  surfaces send on as much as their whole BRDF reflects, but evenly, so metals throw no
+//         caustics, as glass does; normal maps do not bend what goes through that; a cell of the
+//         cache may lie on both sides of a thin wall; light that comes through what few photons
+//         find (a slit) is late, and own_estimate says half of it; rough surfaces that a later
+//         sub-frame lights by itself reflect by the mean of their lobe; the cheapest rung flickers
+//         while lights move
 
 #include "pass/caustics.h"
 #include "pass/filter_light.h"
