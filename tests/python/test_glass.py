@@ -263,3 +263,21 @@ def test_extreme_glass_has_numbers(client, tmp_path, case, scale):
     assert frame.report["nonfinite_pixels"] == 0
     picture = frame.layers["beauty"][..., :3]
     assert numpy.isfinite(picture).all() and picture.min() >= 0 and picture.max() < 60
+
+
+@pytest.mark.parametrize("shines", [{"light": LIGHTS[0]}, {"sky": (1, 1, 1)}], ids=["lamp", "sky"])
+def test_glass_that_is_edited_is_as_if_made_so(client, tmp_path, shines):
+    """Whatever a frame keeps of earlier ones, of techniques that know glass and of others."""
+    scene = add(client, tmp_path, [(pane(0, 9), GREY), (sphere(16), GLASS)], **shines)
+    asked = {"size": (32, 32), "layers": ["beauty"], "pose": bounced.Pose(**BESIDE)}
+    glass, before = scene.objects("material")[1]["id"], None
+    for fields in ({}, {"transmission": .5}, {"ior": 1.2}, {"attenuation_distance": .3, "attenuation_color": (.5, .2, .1)}, {"thickness": 0},
+                   {"roughness": .3}, {"transmission": 0}):
+        with scene.edit() as edit:
+            if fields:
+                edit.set_material(glass, **fields)
+        kept = {name: scene.render(technique=name, **asked).layers["beauty"] for name in ("many_light", "hisr", "ssbc", "direct")}
+        for name, picture in kept.items():
+            assert numpy.array_equal(picture, scene.render(technique=name, fresh="all", **asked).layers["beauty"]), (fields, name)
+        assert before is None or not numpy.array_equal(kept["many_light"], before), fields
+        before = kept["many_light"]
