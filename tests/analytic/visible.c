@@ -215,12 +215,14 @@ static void check_box(struct world *w, const struct way *way, size_t place, bool
     finish(&none), finish(&rays);
 }
 
-// In an empty box everything sees everything: no byte changes, whatever surfaces are made of.
+// In an empty box everything sees everything: no byte changes, whatever surfaces are made of. Where
+// the box lies is nothing to lobes.
 static void nothing_hides_nothing(void **state)
 {
     for (size_t way = 0; way < WAY_COUNT; way++)
         for (size_t place = 0; place < sizeof places / sizeof *places; place++)
-            for (int glossy = 0; glossy < 2; glossy++) check_box(*state, &ways[way], place, glossy);
+            for (int glossy = 0; glossy < 2 - (place > 0); glossy++)
+                check_box(*state, &ways[way], place, glossy);
 }
 
 // Nor does a ball, whose VPLs stand off its facets: the mean of a block of texels lies behind them.

@@ -222,9 +222,9 @@ static void auto_begins_with_less(void **cmocka)
     }
     assert_false(bd_view_has_step(&request, sizeof steps / sizeof *steps));
     // From between, as far as to the last rung but one step.
-    static const char *const third[] = {"vpls=2048", "rays=8", "far_rays=8", "walk_vpls=4096",
-                                        "cache_cells=4096"};
-    for (int i = 0; i < 5; i++)
+    static const char *const third[] = {"vpls=2048",      "rays=8",           "far_rays=8",
+                                        "walk_vpls=4096", "cache_cells=4096", "photons=131072"};
+    for (int i = 0; i < 6; i++)
         assert_int_equal(bd_param_list_add(&request.params, third[i], NULL), BD_ERR_OK);
     static const char *const rays[] = {"32", "128", "128", "128", "128"};
     for (uint32_t i = 0; i < 5; i++) {
@@ -236,8 +236,9 @@ static void auto_begins_with_less(void **cmocka)
     request.params.count = 0;
     // What is given stands as low as it goes already.
     static const char *const least[] = {"vpls=16",      "rays=2",         "far_rays=2",
-                                        "walk_vpls=16", "cache_cells=16", "light_rays=2"};
-    for (int i = 0; i < 6; i++)
+                                        "walk_vpls=16", "cache_cells=16", "light_rays=2",
+                                        "photons=1024"};
+    for (int i = 0; i < 7; i++)
         assert_int_equal(bd_param_list_add(&request.params, least[i], NULL), BD_ERR_OK);
     assert_int_equal(bd_view_steps_before(&request), 0);
 }
