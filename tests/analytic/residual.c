@@ -238,7 +238,7 @@ static void check_wall(struct view *view, const struct asked *asked, double most
 
 static void a_wall_gives_back_what_is_near(void **state)
 {
-    for (int turn = 3; turn <= 5; turn++) {
+    for (int turn = 3; turn <= 5; turn += 2) { // 4 has its levels judged below
         struct view view = open_wall(*state, M_PI / 16 * turn, false);
         check_wall(&view, &usual, .02);
         view_close(&view);
