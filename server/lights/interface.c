@@ -94,22 +94,24 @@ static bool fill(const struct bd_surface_hits *hits, const struct bd_surface_hit
     return true;
 }
 
-static bool is_glass(const struct bd_surface_hits *hits, const struct bd_surface_hit *hit)
+// Of a triangle of glass; false of any other, and of one without an area.
+static bool find(const struct bd_surface_hits *hits, uint32_t triangle, struct bd_surface_hit *hit,
+                 struct bd_triangle_place *place)
 {
+    *hit = bd_surface_hit_of(hits, triangle);
     const struct bd_material *m = &hits->scene->materials[hit->primitive->material];
-    return m->transmission > 0 && !m->unlit;
+    return m->transmission > 0 && !m->unlit &&
+           bd_triangle_place_of(&hits->space, hit->run, hit->instance, hit->primitive,
+                                hit->of_primitive, place);
 }
 
 bool bd_interface_at(const struct bd_surface_hits *hits, uint32_t triangle, float u, float v,
                      f3 direction, struct bd_interface *out)
 {
-    const struct bd_surface_hit hit = bd_surface_hit_of(hits, triangle);
+    struct bd_surface_hit hit;
     struct bd_triangle_place place;
-    if (!is_glass(hits, &hit) || !bd_triangle_place_of(&hits->space, hit.run, hit.instance,
-                                                       hit.primitive, hit.of_primitive, &place))
-        return false;
     out->triangle = triangle;
-    return fill(hits, &hit, &place, u, v, direction, out);
+    return find(hits, triangle, &hit, &place) && fill(hits, &hit, &place, u, v, direction, out);
 }
 
 // Barycentrics of the second and third corner, of a point in the triangle's plane.
@@ -126,12 +128,10 @@ static void barycentrics(const struct bd_triangle_place *place, f3 position, flo
 bool bd_interface_seen_at(const struct bd_surface_hits *hits, uint32_t triangle, f3 position,
                           f3 to_viewer, struct bd_interface *out)
 {
-    const struct bd_surface_hit hit = bd_surface_hit_of(hits, triangle);
+    struct bd_surface_hit hit;
     struct bd_triangle_place place;
-    if (!is_glass(hits, &hit) || !bd_triangle_place_of(&hits->space, hit.run, hit.instance,
-                                                       hit.primitive, hit.of_primitive, &place))
-        return false;
     float uv[2];
+    if (!find(hits, triangle, &hit, &place)) return false;
     barycentrics(&place, position, uv);
     out->triangle = triangle;
     return fill(hits, &hit, &place, uv[0], uv[1], f3_scale(to_viewer, -1), out);

@@ -15,12 +15,12 @@
 #include "lights/surface_hits.h"
 
 struct bd_interface {
-    f3 position, normal,
-        normal_geometric; // render space; unit, to the side that the ray comes from
-    f3 tint;              // of what passes
-    f3 extinction;        // per render unit, of the solid behind the surface
-    float share;          // of what comes to the surface, that glass gets of it
-    float alpha;          // of its facets; 0: smooth
+    f3 position;                 // render space
+    f3 normal, normal_geometric; // unit, to the side that the ray comes from
+    f3 tint;                     // of what passes
+    f3 extinction;               // per render unit, of the solid behind the surface
+    float share;                 // of the light that comes to the surface, what falls on glass
+    float alpha;                 // of the facets; 0: smooth
     float ior;
     bool thin, entering; // no solid behind it; the ray is outside of that
     uint32_t triangle;
