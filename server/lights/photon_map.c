@@ -7,33 +7,51 @@
 
 #define OFF_PLANE   4.0f // as far as that along it
 #define FACES_ALIKE 0.7f
+// Of a disk, what surfaces are at least, and at most where they bend: few points tell it.
+#define PART_LEAST 0.05f
+#define PART_MOST  1.5f
 
 struct bd_photon_map {
-    struct bd_point_tree tree;
+    struct bd_point_tree tree, surfaces;
     f3 *flux;
-    float reach;
+    struct bd_photon_map_how how;
 };
 
-enum bd_err bd_photon_map_create(const struct bd_photon *photons, uint32_t count, float reach,
-                                 enum bd_err (*pause)(void *user), void *user,
-                                 struct bd_photon_map **out, struct bd_err_detail *detail)
+static enum bd_err plant(struct bd_photon_map *map, const struct bd_photon *photons,
+                         enum bd_err (*pause)(void *user), void *user, struct bd_err_detail *detail)
 {
-    BD_ASSERT_CMP(count, <=, BD_PHOTONS_MAX);
-    struct bd_photon_map *map = *out = calloc(1, sizeof *map);
+    const uint32_t count = map->tree.count;
     struct bd_surface_points points = {.count = count,
                                        .points = malloc((count + 1) * sizeof *points.points)};
+    map->flux = malloc((count + 1) * sizeof *map->flux);
     enum bd_err err = BD_ERR_OK;
-    if (map) map->flux = malloc((count + 1) * sizeof *map->flux);
-    if (!map || !map->flux || !points.points)
+    if (!map->flux || !points.points)
         err = bd_err_set(detail, BD_ERR_NO_MEMORY, "photons", "no memory for %u photons", count);
     for (uint32_t i = 0; !err && i < count; i++) {
         points.points[i] =
             (struct bd_surface_point){.position = photons[i].position, .normal = photons[i].normal};
         map->flux[i] = photons[i].flux;
     }
-    if (!err) map->reach = reach;
     if (!err) err = bd_point_tree_init(&map->tree, &points, pause, user, detail);
     free(points.points);
+    return err;
+}
+
+enum bd_err bd_photon_map_create(const struct bd_photon *photons, uint32_t count,
+                                 const struct bd_photon_map_how *how,
+                                 enum bd_err (*pause)(void *user), void *user,
+                                 struct bd_photon_map **out, struct bd_err_detail *detail)
+{
+    BD_ASSERT_CMP(count, <=, BD_PHOTONS_LANDED_MAX);
+    struct bd_photon_map *map = *out = calloc(1, sizeof *map);
+    if (!map)
+        return bd_err_set(detail, BD_ERR_NO_MEMORY, "photons", "no memory for %u photons", count);
+    map->how = *how;
+    map->how.surfaces = NULL; // the caller's
+    map->tree.count = count;
+    enum bd_err err = plant(map, photons, pause, user, detail);
+    if (!err && how->surfaces)
+        err = bd_point_tree_init(&map->surfaces, how->surfaces, pause, user, detail);
     if (err) bd_photon_map_destroy(out);
     return err;
 }
@@ -42,6 +60,7 @@ void bd_photon_map_destroy(struct bd_photon_map **map)
 {
     if (!*map) return;
     bd_point_tree_finish(&(*map)->tree);
+    bd_point_tree_finish(&(*map)->surfaces);
     free((*map)->flux);
     free(*map);
     *map = NULL;
@@ -49,7 +68,8 @@ void bd_photon_map_destroy(struct bd_photon_map **map)
 
 uint64_t bd_photon_map_bytes(const struct bd_photon_map *map)
 {
-    return sizeof *map + map->tree.count * (sizeof *map->tree.nodes + sizeof *map->flux);
+    return sizeof *map + map->tree.count * (sizeof *map->tree.nodes + sizeof *map->flux) +
+           map->surfaces.count * sizeof *map->surfaces.nodes;
 }
 
 // --- a place ------------------------------------------------------------------------------------
@@ -113,8 +133,9 @@ static void consider(void *user, const struct bd_point_node *node)
 struct sum {
     f3 position, normal;
     float within2;
-    const struct bd_photon_map *map;
+    const f3 *flux; // NULL: of points, how much of the disk is there
     f3 irradiance;
+    float weight;
 };
 
 static void add(void *user, const struct bd_point_node *node)
@@ -122,25 +143,48 @@ static void add(void *user, const struct bd_point_node *node)
     struct sum *s = user;
     float distance2;
     if (!is_near(node, s->position, s->normal, s->within2, &distance2)) return;
-    s->irradiance =
-        f3_add(s->irradiance, f3_scale(s->map->flux[node->point], 1 - distance2 / s->within2));
+    const float weight = 1 - distance2 / s->within2;
+    if (s->flux) s->irradiance = f3_add(s->irradiance, f3_scale(s->flux[node->point], weight));
+    s->weight += weight;
+}
+
+// Of a parabola over the disk, as far as surfaces are there.
+static float area_of(const struct bd_photon_map *map, const struct sum *disk)
+{
+    const float whole = 0.5f * F_PI * disk->within2;
+    struct sum there = *disk;
+    if (map->surfaces.count == 0) return whole;
+    there.flux = NULL;
+    there.weight = 0;
+    bd_point_tree_each(&map->surfaces, disk->position, &there.within2, add, &there);
+    return f_min(f_max(there.weight * map->surfaces.area, PART_LEAST * whole), PART_MOST * whole);
+}
+
+// The disk's radius, squared.
+static float radius2_of(const struct bd_photon_map *map, const struct search *found, float least)
+{
+    const struct bd_photon_map_how *how = &map->how;
+    const float most2 = how->reach * how->reach;
+    if (how->radius > 0) return f_min(how->radius * how->radius, most2);
+    const float wider = f_max((float)how->near / BD_PHOTONS_NEAR, 1);
+    return f_min(f_max(found->within2 * wider, least * least), most2);
 }
 
 f3 bd_photon_map_look(const struct bd_photon_map *map, f3 position, f3 normal, float least)
 {
-    struct search s = {.position = position, .normal = normal, .within2 = map->reach * map->reach};
+    const float reach = map->how.reach;
+    struct search s = {.position = position, .normal = normal, .within2 = reach * reach};
     bd_point_tree_each(&map->tree, position, &s.within2, consider, &s);
     if (s.count == 0) return f3_of(0, 0, 0);
     struct sum sum = {.position = position,
                       .normal = normal,
-                      .within2 =
-                          f_max(s.within2, f_min(least, map->reach) * f_min(least, map->reach)),
-                      .map = map};
-    if (sum.within2 > s.within2)
+                      .within2 = radius2_of(map, &s, least),
+                      .flux = map->flux};
+    if (sum.within2 != s.within2)
         bd_point_tree_each(&map->tree, position, &sum.within2, add, &sum);
     else
         for (uint32_t i = 0; i < s.count; i++)
             sum.irradiance = f3_add(
                 sum.irradiance, f3_scale(map->flux[s.photon[i]], 1 - s.distance2[i] / s.within2));
-    return f3_scale(sum.irradiance, 2 / (F_PI * sum.within2));
+    return f3_scale(sum.irradiance, 1 / area_of(map, &sum));
 }

@@ -1,14 +1,18 @@
 // Photons where they landed on surfaces, and how densely: irradiance of light that nothing but a
 // path from its lamp finds.
 //
-// At a place the BD_PHOTONS_NEAR nearest that face alike tell it, by a parabola over the disk that
-// holds them: unbiased where their density is even, smooth as far as it is not. What lies off the
-// place's plane counts as four times as far.
+// At a place those nearest that face alike tell it, by a parabola over the disk that holds them:
+// unbiased where their density is even, smooth as far as it is not. What lies off the place's plane
+// counts as four times as far. How large the disk is BD_PHOTONS_NEAR of them tell.
+//
+// Of a disk that reaches past a surface's edge, or over a bend, that part counts which points of
+// all surfaces say is there: else edges are half as bright, and corners a quarter.
 //
 // A k-d tree (lights/point_tree.h). A function of the photons and their order. Cost: 150 ns a
-// photon to build, 2 to 5 us a place among photons, less where there are none.
+// photon to build; a place among photons 2 to 5 us, and 10 ns for each that its disk holds beyond
+// those; less where there are none.
 //
-// Jensen 1996; Epanechnikov 1969.
+// Jensen 1996; Epanechnikov 1969; Silverman 1986 (a pilot's density); algorithms.md A5.6 P4.
 //
 // Thread: built by one, then read by all.
 
@@ -19,9 +23,11 @@
 
 #include "base/err.h"
 #include "kernel/math.h"
+#include "lights/surface_points.h"
 
-#define BD_PHOTONS_MAX  (UINT32_C(1) << 20)
-#define BD_PHOTONS_NEAR 32u
+#define BD_PHOTONS_MAX        (UINT32_C(1) << 20) // that are sent
+#define BD_PHOTONS_LANDED_MAX (UINT32_C(1) << 21) // some several times
+#define BD_PHOTONS_NEAR       32u
 
 struct bd_photon {
     f3 position, normal; // render space; unit, of the side that it came to
@@ -30,10 +36,17 @@ struct bd_photon {
 
 struct bd_photon_map;
 
-// Copies them. `reach`: of a place, render units; photons farther off tell nothing of it.
-// BD_ERR_NO_MEMORY, or what `pause` returns.
+struct bd_photon_map_how {
+    float reach;   // of a place, render units; photons farther off tell nothing of it
+    uint32_t near; // that its disk holds, about; fewer than BD_PHOTONS_NEAR are those
+    float radius;  // of all disks, render units, instead; 0: as above
+    const struct bd_surface_points *surfaces; // of all of them; NULL: every disk is whole
+};
+
+// Copies them. BD_ERR_NO_MEMORY, or what `pause` returns.
 BD_MUST_CHECK
-enum bd_err bd_photon_map_create(const struct bd_photon *photons, uint32_t count, float reach,
+enum bd_err bd_photon_map_create(const struct bd_photon *photons, uint32_t count,
+                                 const struct bd_photon_map_how *how,
                                  enum bd_err (*pause)(void *user), void *user,
                                  struct bd_photon_map **out, struct bd_err_detail *detail);
 void bd_photon_map_destroy(struct bd_photon_map **map);

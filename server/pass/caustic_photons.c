@@ -417,8 +417,9 @@ static enum bd_err run(struct caustics *c, struct bd_photon_map **out)
     }
     if (err) return err;
     bd_slicer_work(c->context.slicer, "photon map");
-    return bd_photon_map_create(c->landed, c->landed_count, REACH * (float)c->hits.space.radius,
-                                bd_slicer_pause, c->context.slicer, out, c->detail);
+    const struct bd_photon_map_how how = {.reach = REACH * (float)c->hits.space.radius};
+    return bd_photon_map_create(c->landed, c->landed_count, &how, bd_slicer_pause,
+                                c->context.slicer, out, c->detail);
 }
 
 enum bd_err bd_caustic_photons_run(const struct bd_pass_context *context,

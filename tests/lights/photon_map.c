@@ -17,13 +17,19 @@ static enum bd_err go_on(void *user)
     return BD_ERR_OK;
 }
 
-static struct bd_photon_map *map_of(const struct bd_photon *photons, uint32_t count)
+static struct bd_photon_map *map_made(const struct bd_photon *photons, uint32_t count,
+                                      struct bd_photon_map_how how)
 {
     struct bd_photon_map *map;
     struct bd_err_detail detail;
-    assert_int_equal(bd_photon_map_create(photons, count, REACH, go_on, NULL, &map, &detail),
+    assert_int_equal(bd_photon_map_create(photons, count, &how, go_on, NULL, &map, &detail),
                      BD_ERR_OK);
     return map;
+}
+
+static struct bd_photon_map *map_of(const struct bd_photon *photons, uint32_t count)
+{
+    return map_made(photons, count, (struct bd_photon_map_how){.reach = REACH});
 }
 
 // By chance over the square of side 1 in the plane z = 0, of 3 units of flux.
@@ -101,12 +107,78 @@ static void few_tell_what_they_have(void **state)
     bd_photon_map_destroy(&none);
 }
 
+// Of places along a line from the middle of an edge, or of the square: mean and standard deviation.
+static double looked_at(const struct bd_photon_map *map, f3 from, f3 step, double *deviation)
+{
+    double sum = 0, sum2 = 0;
+    for (uint32_t i = 0; i < 64; i++) {
+        const double e =
+            bd_photon_map_look(map, f3_add(from, f3_scale(step, (float)i / 64)), f3_of(0, 0, 1), 0)
+                .x;
+        sum += e;
+        sum2 += e * e;
+    }
+    *deviation = sqrt(fmax(sum2 / 64 - sum * sum / 64 / 64, 0));
+    return sum / 64;
+}
+
+// Algorithms.md D9: with k photons in the disk noise is sqrt(4 / (3 k)); an edge has half of the
+// light, and a corner a quarter, but for points that say what of the disk is there.
+static void more_photons_are_less_noise_and_edges_are_whole(void **state)
+{
+    (void)state;
+    struct bd_photon *photons = even_photons();
+    struct bd_surface_points square = {.count = COUNT, .area = 1.0f / COUNT};
+    square.points = calloc(COUNT, sizeof *square.points);
+    assert_non_null(square.points);
+    const struct bd_sequence sequence = bd_sequence_of(7, 7);
+    for (uint32_t i = 0; i < COUNT; i++) {
+        float at[2];
+        bd_sequence_pair(&sequence, i, at);
+        square.points[i] =
+            (struct bd_surface_point){.position = f3_of(at[0], at[1], 0), .normal = f3_of(0, 0, 1)};
+    }
+    struct bd_photon_map_how how = {.reach = 0.4f, .near = 256};
+    struct bd_photon_map *cut = map_made(photons, COUNT, how);
+    how.surfaces = &square;
+    struct bd_photon_map *whole = map_made(photons, COUNT, how);
+    double noise, noise_whole, unused;
+    const f3 middle = f3_of(0.15f, 0.5f, 0), edge = f3_of(0.15f, 0, 0), along = f3_of(0.7f, 0, 0);
+    assert_float_equal(looked_at(cut, middle, along, &noise), 3, 0.1);
+    assert_float_equal(looked_at(whole, middle, along, &noise_whole), 3, 0.1);
+    assert_float_equal(noise / 3, sqrt(4.0 / (3 * 256)), 0.02);
+    assert_true(noise_whole < 1.1 * noise);
+    assert_float_equal(looked_at(cut, edge, along, &unused), 1.5, 0.15);
+    assert_float_equal(looked_at(whole, edge, along, &unused), 3, 0.15);
+    const f3 corner = f3_of(0, 0, 0), nowhere = f3_of(0, 0, 0);
+    assert_float_equal(looked_at(cut, corner, nowhere, &unused), 0.75, 0.2);
+    assert_float_equal(looked_at(whole, corner, nowhere, &unused), 3, 0.5);
+    bd_photon_map_destroy(&cut);
+    bd_photon_map_destroy(&whole);
+    free(square.points);
+    free(photons);
+}
+
+static void a_radius_holds_everywhere(void **state)
+{
+    (void)state;
+    const struct bd_photon one = {{0, 0, 0}, {0, 0, 1}, {1, 0, 0}};
+    struct bd_photon_map *map =
+        map_made(&one, 1, (struct bd_photon_map_how){.reach = REACH, .radius = 0.1f});
+    const f3 up = f3_of(0, 0, 1);
+    assert_float_equal(bd_photon_map_look(map, f3_of(0, 0, 0), up, 0).x, 2 / (M_PI * 0.01), 1e-3);
+    assert_float_equal(bd_photon_map_look(map, f3_of(0.11f, 0, 0), up, 0).x, 0, 0);
+    bd_photon_map_destroy(&map);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(even_light_is_what_it_is),
         cmocka_unit_test(a_focus_keeps_its_flux),
         cmocka_unit_test(few_tell_what_they_have),
+        cmocka_unit_test(more_photons_are_less_noise_and_edges_are_whole),
+        cmocka_unit_test(a_radius_holds_everywhere),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
