@@ -2,49 +2,15 @@
 
 #include <math.h>
 
-#include "kernel/brdf.h"
 #include "lights/directions.h"
+#include "lights/facets.h"
+#include "lights/shading_normal.h"
 #include "lights/surface.h"
 
 // Nothing comes through a unit of it, and of no way at all everything does.
 #define EXTINCTION_MOST 1e30
 
 // --- what is met --------------------------------------------------------------------------------
-
-// Cofactors of the instance's matrix: its inverse transpose but for a factor, of no sign in mirror
-// images, since the caller turns normals.
-static f3 normal_of_corner(const struct bd_instance *instance, const float normal[3])
-{
-    const double *m = instance->world_from_mesh.m;
-    double turned[3], length2 = 0;
-    for (int r = 0; r < 3; r++) {
-        const int p = (r + 1) % 3, q = (r + 2) % 3;
-        turned[r] = 0;
-        for (int c = 0; c < 3; c++) {
-            const int d = (c + 1) % 3, e = (c + 2) % 3;
-            turned[r] += normal[c] * (m[4 * d + p] * m[4 * e + q] - m[4 * e + p] * m[4 * d + q]);
-        }
-        length2 += turned[r] * turned[r];
-    }
-    const double scale = length2 > 0 ? 1 / sqrt(length2) : 0;
-    return f3_of((float)(turned[0] * scale), (float)(turned[1] * scale),
-                 (float)(turned[2] * scale));
-}
-
-// Interpolated between corners' unit normals, on the side of the geometric one.
-static f3 shading_normal(const struct bd_surface_hit *hit, const uint32_t index[3], float u,
-                         float v, f3 geometric)
-{
-    const float weight[3] = {1 - u - v, u, v};
-    f3 n = f3_of(0, 0, 0);
-    for (int c = 0; c < 3; c++) {
-        const float *normal = hit->primitive->normal + 3 * (size_t)index[c];
-        n = f3_add(n, f3_scale(normal_of_corner(hit->instance, normal), weight[c]));
-    }
-    const float length = f3_length(n);
-    if (!(length > 0)) return geometric;
-    return f3_scale(n, (f3_dot(n, geometric) < 0 ? -1 : 1) / length);
-}
 
 // Per metre, then per render unit.
 static float extinction_of(const struct bd_material *m, const struct bd_render_space *space, int c)
@@ -79,7 +45,7 @@ static bool fill(const struct bd_surface_hits *hits, const struct bd_surface_hit
     const f3 geometric = f3_scale(place->normal, from_behind ? -1 : 1);
     *out = (struct bd_interface){
         .position = bd_triangle_place_at(place, u, v),
-        .normal = shading_normal(hit, index, u, v, geometric),
+        .normal = bd_shading_normal(hit, index, u, v, geometric),
         .normal_geometric = geometric,
         .tint = bd_base_color_at(hits->scene, hit->primitive, index, u, v).rgb,
         .extinction = f3_of(extinction_of(m, &hits->space, 0), extinction_of(m, &hits->space, 1),
@@ -179,9 +145,7 @@ static float seen_of_light(const struct bd_interface *at, float to_viewer, float
     if (at->alpha == 0) return 1;
     const float first = masking(to_light, at->alpha);
     if (passes && !at->thin) return first;
-    const float o = f_max(to_viewer, 1e-4f), i = f_max(to_light, 0);
-    const float root_o = smith_root(o, at->alpha), root_i = smith_root(i, at->alpha);
-    return i * (o + root_o) / f_max(i * root_o + o * root_i, 1e-12f);
+    return bd_facets_leave(to_viewer, to_light, at->alpha);
 }
 
 static bool refract(f3 viewer, f3 h, float eta, f3 *out)
@@ -192,11 +156,6 @@ static bool refract(f3 viewer, f3 h, float eta, f3 *out)
     return true;
 }
 
-static f3 mirrored(f3 viewer, f3 h)
-{
-    return f3_unit(f3_sub(f3_scale(h, 2 * f3_dot(viewer, h)), viewer));
-}
-
 static bool pass(const struct bd_interface *at, f3 n, f3 viewer, f3 h, f3 *out)
 {
     if (!at->thin) return refract(viewer, h, eta_of(at), out);
@@ -204,7 +163,7 @@ static bool pass(const struct bd_interface *at, f3 n, f3 viewer, f3 h, f3 *out)
         *out = f3_scale(viewer, -1);
         return true;
     }
-    const f3 back = mirrored(viewer, h); // the reflected lobe, turned to the other side
+    const f3 back = bd_mirrored(viewer, h); // the reflected lobe, turned to the other side
     *out = f3_sub(back, f3_scale(n, 2 * f3_dot(back, n)));
     return true;
 }
@@ -231,7 +190,7 @@ bool bd_interface_go_on(const struct bd_interface *at, f3 direction, enum bd_onw
     const float chance = choice == BD_ONWARD_PASSES ? 0 : back / f_max(back + through, 1e-20f);
     out->passes = number[2] >= chance;
     if (!out->passes)
-        out->direction = mirrored(viewer, h);
+        out->direction = bd_mirrored(viewer, h);
     else if (!pass(at, n, viewer, h, &out->direction))
         return false;
     const float side = f3_dot(out->direction, n);

@@ -1,0 +1,28 @@
+// How light goes on that an opaque surface reflects, as a ray brings it: one way, of the diffuse
+// lobe or of the specular one, chosen by what each carries.
+//
+// The glTF BRDF (kernel/brdf.h). The specular lobe stands on the interpolated normal, the diffuse
+// one on the triangle's own, as points of surfaces do.
+//
+// Heitz 2018 (visible normals); Jensen 1996.
+//
+// Thread: any.
+
+#ifndef BD_LIGHTS_REFLECTION_H
+#define BD_LIGHTS_REFLECTION_H
+
+#include "lights/surface_hits.h"
+
+struct bd_reflection {
+    f3 direction; // unit
+    f3 weight;    // of flux that goes along it, 0 to about 1 / the lobe's part
+};
+
+// Of a ray from there, unit, at a place that it met (bd_surface_hit_at) at those barycentrics.
+// `lambert`: the base colour, evenly. `number`: two in [0, 1) for the way, one for the lobe. False:
+// it goes below the surface, and ends.
+bool bd_reflect(const struct bd_surface_hits *hits, const struct bd_surface_point *at, float u,
+                float v, f3 direction, bool lambert, const float number[3],
+                struct bd_reflection *out);
+
+#endif
