@@ -161,16 +161,17 @@ static float area_of(const struct bd_photon_map *map, const struct sum *disk)
 }
 
 // The disk's radius, squared.
-static float radius2_of(const struct bd_photon_map *map, const struct search *found, float least)
+static float radius2_of(const struct bd_photon_map *map, const struct search *found, uint32_t near,
+                        float least)
 {
     const struct bd_photon_map_how *how = &map->how;
     const float most2 = how->reach * how->reach;
     if (how->radius > 0) return f_min(how->radius * how->radius, most2);
-    const float wider = f_max((float)how->near / BD_PHOTONS_NEAR, 1);
+    const float wider = f_max((float)near / BD_PHOTONS_NEAR, 1);
     return f_min(f_max(found->within2 * wider, least * least), most2);
 }
 
-f3 bd_photon_map_look(const struct bd_photon_map *map, f3 position, f3 normal, float least)
+static f3 look(const struct bd_photon_map *map, f3 position, f3 normal, uint32_t near, float least)
 {
     const float reach = map->how.reach;
     struct search s = {.position = position, .normal = normal, .within2 = reach * reach};
@@ -178,7 +179,7 @@ f3 bd_photon_map_look(const struct bd_photon_map *map, f3 position, f3 normal, f
     if (s.count == 0) return f3_of(0, 0, 0);
     struct sum sum = {.position = position,
                       .normal = normal,
-                      .within2 = radius2_of(map, &s, least),
+                      .within2 = radius2_of(map, &s, near, least),
                       .flux = map->flux};
     if (sum.within2 != s.within2)
         bd_point_tree_each(&map->tree, position, &sum.within2, add, &sum);
@@ -187,4 +188,14 @@ f3 bd_photon_map_look(const struct bd_photon_map *map, f3 position, f3 normal, f
             sum.irradiance = f3_add(
                 sum.irradiance, f3_scale(map->flux[s.photon[i]], 1 - s.distance2[i] / s.within2));
     return f3_scale(sum.irradiance, 1 / area_of(map, &sum));
+}
+
+f3 bd_photon_map_look(const struct bd_photon_map *map, f3 position, f3 normal, float least)
+{
+    return look(map, position, normal, map->how.near, least);
+}
+
+f3 bd_photon_map_glance(const struct bd_photon_map *map, f3 position, f3 normal, uint32_t near)
+{
+    return look(map, position, normal, near < map->how.near ? near : map->how.near, 0);
 }

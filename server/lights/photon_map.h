@@ -55,5 +55,7 @@ uint64_t bd_photon_map_bytes(const struct bd_photon_map *map);
 // Irradiance at a place, in the frame's unit. `normal` is unit. Over a disk of at least that
 // radius, render units, whatever lies in it: a pixel has all of a focus that is smaller.
 f3 bd_photon_map_look(const struct bd_photon_map *map, f3 position, f3 normal, float least);
+// The same of so many photons about, where the map has more in a disk: sooner, with more noise.
+f3 bd_photon_map_glance(const struct bd_photon_map *map, f3 position, f3 normal, uint32_t near);
 
 #endif
