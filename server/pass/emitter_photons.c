@@ -11,6 +11,19 @@ static double flux_of(const struct bd_area_lights *lights, const struct bd_area_
     return sides * (double)F_PI * light->area * light->brightest;
 }
 
+static double flux_of_all(const struct bd_area_lights *lights)
+{
+    double flux = 0;
+    for (uint32_t i = 0; lights && i < lights->count; i++)
+        flux += flux_of(lights, &lights->lights[i]);
+    return flux;
+}
+
+double bd_emitters_flux(const struct bd_area_lights *lights, float from_cd_m2)
+{
+    return from_cd_m2 * flux_of_all(lights);
+}
+
 struct bd_emitter_photons bd_emitter_photons_of(const struct bd_area_lights *lights, uint32_t count,
                                                 float from_cd_m2, uint32_t seed, uint32_t purpose)
 {
@@ -20,9 +33,7 @@ struct bd_emitter_photons bd_emitter_photons_of(const struct bd_area_lights *lig
         .of_point = bd_sequence_of(seed, purpose),
         .of_direction = bd_sequence_of(seed, purpose + 1),
     };
-    double flux = 0;
-    for (uint32_t i = 0; lights && i < lights->count; i++)
-        flux += flux_of(lights, &lights->lights[i]);
+    const double flux = flux_of_all(lights);
     if (!(flux > 0) || !isfinite(flux)) return photons;
     photons.count = count;
     photons.step = flux / count;

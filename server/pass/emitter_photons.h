@@ -10,6 +10,10 @@
 #include "lights/sequence.h"
 #include "rays/rays.h"
 
+// Flux of all, of their brightest channels, in the frame's unit times render units squared. NULL:
+// none.
+double bd_emitters_flux(const struct bd_area_lights *lights, float from_cd_m2);
+
 // So many photons, one after the other.
 struct bd_emitter_photons {
     const struct bd_area_lights *lights;
