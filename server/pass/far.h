@@ -60,6 +60,7 @@ struct bd_far_inputs {
     // Where lamps' light lies behind glass, as first light does: virtual lights have it, rays what
     // those leave out of it, and nothing of lamps themselves. NULL: rays bring all.
     const struct bd_photon_map *caustics;
+    const struct bd_photon_map *photons; // of lobes alone: what all other light brings; or NULL
 };
 
 // Of pixels, in a pass "far". Adds to `irradiance`, `noise` and `rays` of `indirect`.
