@@ -80,6 +80,7 @@ static enum bd_err run_light_side(struct bd_frame *frame)
         if (err) return err;
     }
     enum bd_err err = bd_stage_run(frame, BD_STAGE_LIGHT_PATHS, NULL);
+    if (!err) err = bd_stage_run(frame, BD_STAGE_PHOTONS, NULL);
     if (err) return err;
     if (bd_plan_has(frame->plan, BD_STAGE_VPL_CLUSTERS)) count_clusters(frame);
     if (!err) err = bd_stage_run(frame, BD_STAGE_VPL_ORDER, NULL);
@@ -122,7 +123,8 @@ static enum bd_err composite(struct bd_frame *frame, bool first, bool only,
         .area_light = frame->made.area_light,
         .indirect = frame->made.indirect,
         .filtered = frame->plan->filtered,
-        .whole = frame->plan->final_gather && !frame->plan->params.lambert,
+        .whole =
+            (frame->plan->final_gather || frame->plan->photons) && !frame->plan->params.lambert,
         .lambert = frame->plan->params.lambert,
         // What their strata have apart is the same in all rounds, and no noise of the mean.
         .halves_exchanged = frame->subject.round % 2 == 1,

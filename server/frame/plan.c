@@ -292,7 +292,7 @@ static void list_omitted(const struct bd_plan *plan, const struct bd_scene *scen
         omit(report, true, glossy_pass(plan->technique), no_glossy_lobe(plan));
     if (plan->final_gather && !plan->rough)
         omit(report, true, pass_when(plan->technique, BD_WHEN_ROUGH), no_rough_lobe(plan, scene));
-    if (plan->final_gather && !plan->caustics)
+    if ((plan->final_gather || plan->photons) && !plan->caustics)
         omit(report, true, pass_when(plan->technique, BD_WHEN_CAUSTICS), no_caustics(plan, scene));
     if (plan->indirect && plan->technique->inputs & BD_INPUT_SCREEN)
         list_omitted_of_clamp(plan, report);
@@ -489,18 +489,21 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
     out->from_screen = is_clamped && bd_params_give_back(&out->params);
     out->short_rays = is_clamped && bd_params_bring_back(&out->params);
     out->final_gather = out->indirect && out->technique->inputs & BD_INPUT_FINAL_GATHER;
-    out->light_paths = reflects_areas || out->final_gather ||
-                       (out->indirect && (out->bounces > 1 || out->punctuals_by_rays));
+    out->photons = out->indirect && out->technique->inputs & BD_INPUT_PHOTONS;
+    out->light_paths =
+        !out->photons && (reflects_areas || out->final_gather ||
+                          (out->indirect && (out->bounces > 1 || out->punctuals_by_rays)));
     out->glass = renders && f->has_transmissive && model_of(out).transmission;
     out->glossy = out->indirect && out->technique->model.glossy_receivers && !out->params.lambert &&
                   (f->has_glossy || out->glass);
     out->rough = out->final_gather && !out->params.lambert && f->has_rough &&
                  (out->short_rays || !(out->technique->inputs & BD_INPUT_SCREEN)) &&
                  out->params.far_rays >= BD_FAR_RAYS_FOR_ROUGH;
-    out->caustics = out->final_gather && out->glass && out->params.caustics &&
+    out->caustics = (out->final_gather || out->photons) && out->glass && out->params.caustics &&
                     (out->light_count > 0 || out->emitters);
     out->flux_lm = total_flux_lm(out, scene);
-    out->rays = out->indirect && (out->final_gather || asks(out, BD_VISIBILITY_RAYS));
+    out->rays =
+        out->indirect && (out->final_gather || out->photons || asks(out, BD_VISIBILITY_RAYS));
     out->imperfect = out->indirect && asks(out, BD_VISIBILITY_ISM);
     const bool asked = out->rays || out->imperfect;
     out->chosen = out->final_gather || (asked && out->params.rays < count_vpls(out, scene) &&
@@ -519,7 +522,7 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
     out->tracing = tracing_of(out);
     for (enum bd_stage stage = 0; stage < BD_STAGE_COUNT; stage++)
         if (bd_stage_rows[stage].is_needed(out)) out->stages |= 1u << stage;
-    out->in_rounds = out->chosen || bd_plan_has(out, BD_STAGE_AREA_LIGHT);
+    out->in_rounds = out->chosen || out->photons || bd_plan_has(out, BD_STAGE_AREA_LIGHT);
     out->doubts = doubts(out);
     out->layers = layers_of(out, request);
     out->traced_stages = traced_stages_of(out, scene, request);

@@ -38,7 +38,7 @@ static bool is_indirect(const struct bd_plan *plan)
 
 static bool has_rays(const struct bd_plan *plan)
 {
-    return plan->rays || plan->light_paths || bd_plan_asks_processor(plan);
+    return plan->rays || plan->light_paths || plan->photons || bd_plan_asks_processor(plan);
 }
 
 static bool has_area_lights(const struct bd_plan *plan)
@@ -74,6 +74,11 @@ static bool reflects_punctuals(const struct bd_plan *plan)
 static bool has_light_paths(const struct bd_plan *plan)
 {
     return plan->light_paths;
+}
+
+static bool has_photons(const struct bd_plan *plan)
+{
+    return plan->photons;
 }
 
 static bool has_map(const struct bd_plan *plan)
@@ -145,7 +150,7 @@ static const char *no_indirect(const struct bd_plan *plan)
 
 static const char *no_map(const struct bd_plan *plan)
 {
-    if (plan->final_gather) return "photons find where light first falls";
+    if (plan->final_gather || plan->photons) return "photons find where light first falls";
     return plan->indirect ? no_light(plan) : no_indirect(plan);
 }
 
@@ -153,6 +158,11 @@ static const char *no_light_paths(const struct bd_plan *plan)
 {
     if (!plan->area_lights || !plan->technique->indirect) return NULL;
     return "the technique has no indirect light of emitters and skies";
+}
+
+static const char *no_photons(const struct bd_plan *plan)
+{
+    return takes(plan, BD_INPUT_PHOTONS) ? no_indirect(plan) : NULL;
 }
 
 static const char *no_grid(const struct bd_plan *plan)
@@ -260,6 +270,7 @@ OUTPUT(tree, vpl_tree)
 OUTPUT(shadow_points, shadow_points)
 OUTPUT(imperfect_shadows, imperfect_shadows)
 OUTPUT(light_paths, light_paths)
+OUTPUT(photons, photons)
 OUTPUT(gbuffer, gbuffer)
 OUTPUT(direct, direct)
 OUTPUT(area_light, area_direct)
@@ -460,6 +471,19 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
                       PARAM(PHOTONS),
             KEEPS(light_paths, frame, light_paths, bd_run_light_paths),
         },
+    [BD_STAGE_PHOTONS] =
+        {
+            .pass = "photons",
+            .is_needed = has_photons,
+            .why_not = no_photons,
+            .from = STAGE(RAYS) | STAGE(EMITTERS),
+            .reads = READS_PLACES | ASPECT(SIDES) | READS_BRDF | BD_READ_UNIT |
+                     BD_READ_PHOTON_SEED | BD_READ_LIGHT_SHAPE | BD_READ_LIGHT_POWER,
+            .glass = ASPECT(MEDIUM),
+            .params = PARAM(BRDF) | PARAM(ALPHA) | PARAM(INDIRECT_BOUNCES) | PARAM(CAUSTICS) |
+                      PARAM(PHOTONS) | PARAM(PHOTON_RADIUS),
+            KEEPS(photons, frame, photons, bd_run_photons),
+        },
     [BD_STAGE_VPL_ORDER] =
         {
             .pass = "vpl_order",
@@ -519,8 +543,8 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
             .of = BD_STAGE_OF_WHOLE,
             .is_needed = is_indirect,
             .why_not = no_indirect,
-            .from = STAGE(SEEN) | STAGES_OF_VPLS | STAGE(FRAGMENTS) | STAGE(SURFACES) |
-                    STAGE(RAYS) | STAGE(IMPERFECT_SHADOWS) | STAGES_OF_SCREEN,
+            .from = STAGE(SEEN) | STAGES_OF_VPLS | STAGE(PHOTONS) | STAGE(FRAGMENTS) |
+                    STAGE(SURFACES) | STAGE(RAYS) | STAGE(IMPERFECT_SHADOWS) | STAGES_OF_SCREEN,
             .reads = BD_READ_SEED,
             .glossy = READS_BRDF,
             .glass = ASPECT(MEDIUM),
@@ -692,9 +716,11 @@ static uint64_t key_reads(uint64_t key, const struct bd_subject *subject, uint32
     const uint64_t pixels = (uint64_t)subject->viewpoint.width_px * subject->viewpoint.height_px;
     if (reads & BD_READ_VIEW_TRACING)
         key = bd_key_number(key, bd_plan_traces(subject->plan, pixels));
-    if (reads & BD_READ_SEED && subject->plan->chosen) key = key_seed(key, subject);
+    const struct bd_plan *plan = subject->plan;
+    if (reads & BD_READ_SEED && (plan->chosen || plan->photons)) key = key_seed(key, subject);
     if (reads & BD_READ_LIGHT_SEED) key = key_seed(key, subject);
-    if (reads & BD_READ_PHOTON_SEED && subject->plan->final_gather) key = key_seed(key, subject);
+    if (reads & BD_READ_PHOTON_SEED && (plan->final_gather || plan->photons))
+        key = key_seed(key, subject);
     if (reads & BD_READ_FALLEN) key = bd_key_number(key, subject->plan->from_screen);
     if (reads & BD_READ_ALONE) key = bd_key_number(key, subject->alone);
     if (reads & BD_READ_PATH_COUNT)

@@ -34,7 +34,8 @@
     X(VPL_CLUSTERS, vpl_clusters)                                                                  \
     X(VPL_TREE, vpl_tree)                                                                          \
     X(LIGHT_PATHS, light_paths) /* from emitters and the sky */                                    \
-    X(VPL_ORDER, vpl_order)     /* of all lights */                                                \
+    X(PHOTONS, photons)                                                                            \
+    X(VPL_ORDER, vpl_order) /* of all lights */                                                    \
     X(SHADOW_POINTS, shadow_points)                                                                \
     X(IMPERFECT_SHADOWS, imperfect_shadows) /* of VPLs */                                          \
     X(DISCONTINUITY, discontinuity)                                                                \

@@ -18,6 +18,7 @@
 #include "pass/gather.h"
 #include "pass/imperfect_shadows.h"
 #include "pass/light_paths.h"
+#include "pass/photons.h"
 #include "pass/rsm.h"
 #include "pass/shadow_map.h"
 #include "pass/surfaces.h"
@@ -64,6 +65,7 @@ struct bd_frame {
     struct bd_area_lights *emitters;    // and the sky
     struct bd_punctual_tree *lamps;     // that have no maps
     struct bd_light_paths *light_paths; // from them
+    struct bd_photons *photons;         // from them, and from lamps that have maps
     struct bd_vpl_list *order;          // the VPLs of all lights
     struct bd_shadow_points *shadow_points;
     struct bd_imperfect_shadows *imperfect_shadows; // of VPLs that are gathered

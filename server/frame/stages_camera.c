@@ -185,7 +185,7 @@ static enum bd_err with_inputs(struct bd_frame *frame,
         .filled = frame->plan->params.ism_holes,
     };
     struct bd_light_uniform *punctuals =
-        frame->plan->final_gather ? bd_stage_punctuals(frame) : NULL;
+        frame->plan->final_gather || frame->plan->photons ? bd_stage_punctuals(frame) : NULL;
     const struct bd_first_light first_light = {
         frame->emitters,
         punctuals,
@@ -202,6 +202,7 @@ static enum bd_err with_inputs(struct bd_frame *frame,
         .vpls_in_order = frame->order,
         .list_count = count,
         .light_paths = frame->light_paths,
+        .photons = frame->photons,
         .first_light = &first_light,
         .snapshot = frame->snapshot,
         .occluders = frame->plan->rays ? frame->occluders : NULL,
@@ -256,7 +257,7 @@ static bool has_lit_by(const struct bd_frame *frame, const struct bd_technique_p
     const bool lights = frame->made.indirect->fragment_count > 0, lobes = frame->plan->glossy;
     if (pass->when & BD_WHEN_FIRST) return false;
     if (pass->when & (BD_WHEN_GLOSSY | BD_WHEN_FILTERED)) return lobes;
-    if (pass->when) return lights || (lobes && !frame->plan->final_gather);
+    if (pass->when) return lights || (lobes && !frame->plan->final_gather && !frame->plan->photons);
     return lights && strcmp(pass->name, bd_technique_light_pass(frame->plan->technique)) == 0;
 }
 

@@ -206,6 +206,32 @@ enum bd_err bd_run_light_paths(struct bd_frame *frame, struct bd_frame_light *li
     return err;
 }
 
+enum bd_err bd_run_photons(struct bd_frame *frame, struct bd_frame_light *light)
+{
+    (void)light;
+    const struct bd_plan *plan = frame->plan;
+    struct bd_light_uniform *punctuals = bd_stage_punctuals(frame);
+    const struct bd_photons_inputs inputs = {
+        .scene = frame->scene,
+        .snapshot = frame->snapshot,
+        .visibility = bd_stage_light_visibility(frame),
+        .punctuals = punctuals,
+        .punctual_count = frame->subject.light_count,
+        .lights = frame->emitters,
+        .count = plan->params.photons,
+        .reflections = plan->bounces,
+        .lambert = plan->params.lambert,
+        .glass = plan->glass,
+        .caustics = plan->caustics,
+        .radius_m = plan->params.photon_radius_m,
+        .seed = frame->subject.seed,
+    };
+    const enum bd_err err =
+        bd_photons_run(&frame->context, &inputs, &frame->photons, frame->detail);
+    free(punctuals);
+    return err;
+}
+
 // Lights that have lists of their own.
 static uint32_t lights_with_lists(const struct bd_frame *frame)
 {

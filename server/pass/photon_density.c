@@ -1,4 +1,4 @@
-#include "pass/caustics.h"
+#include "pass/photon_density.h"
 
 #include <math.h>
 
@@ -11,7 +11,7 @@
 // Flatter surfaces are no longer in a pixel.
 #define COSINE_LEAST 0.05
 
-struct caustics {
+struct density {
     struct bd_pass_context context;
     const struct bd_photon_map *map;
     const struct bd_viewpoint *viewpoint;
@@ -22,7 +22,7 @@ struct caustics {
 
 // Of a disk four times as large as what a pixel shows of a surface there: a focus that lies between
 // the middles of pixels is theirs, too.
-static float pixel_radius(const struct caustics *c, f3 position, f3 normal)
+static float pixel_radius(const struct density *c, f3 position, f3 normal)
 {
     const struct bd_viewpoint *v = c->viewpoint;
     const bd_dvec3 p = {position.x, position.y, position.z}, n = {normal.x, normal.y, normal.z};
@@ -36,7 +36,7 @@ static float pixel_radius(const struct caustics *c, f3 position, f3 normal)
 
 static void look_group(void *user, uint32_t group)
 {
-    const struct caustics *c = user;
+    const struct density *c = user;
     const struct bd_receivers *receivers = &c->part->receivers[group];
     const struct bd_ray_starts *starts = &c->part->starts[group];
     for (uint32_t lane = 0; lane < BD_LANES; lane++) {
@@ -50,26 +50,25 @@ static void look_group(void *user, uint32_t group)
 
 static enum bd_err light_part(void *user, const struct bd_receiver_part *part)
 {
-    struct caustics *c = user;
+    struct density *c = user;
     c->part = part;
-    bd_slicer_work(c->context.slicer, "caustics");
+    bd_slicer_work(c->context.slicer, "photon density");
     return bd_receivers_each(&c->context, part->group_count, UNITS_PER_LOOK * BD_LANES, look_group,
                              c);
 }
 
-static enum bd_err run(const struct bd_pass_context *context, struct bd_pool *pool,
-                       const struct bd_photon_map *map, struct bd_receivers_inputs *receivers,
-                       struct bd_err_detail *detail)
+static enum bd_err run(const struct bd_pass_context *context,
+                       const struct bd_photon_density_inputs *inputs,
+                       struct bd_receivers_inputs *receivers, struct bd_err_detail *detail)
 {
-    const struct bd_processor processor = {pool, NULL};
-    struct caustics c = {.context = *context,
-                         .map = map,
-                         .viewpoint = receivers->askers.viewpoint,
-                         .space = receivers->askers.space};
+    const struct bd_processor processor = {inputs->pool, NULL};
+    struct density c = {.context = *context,
+                        .map = inputs->map,
+                        .viewpoint = receivers->askers.viewpoint,
+                        .space = receivers->askers.space};
     c.eye = bd_render_from_world(c.space, c.viewpoint->position_m);
     c.context.processor = &processor;
-    receivers->pass = "caustics";
-    receivers->adds = true;
+    receivers->pass = inputs->pass;
     receivers->starts = true;
     receivers->light = light_part;
     receivers->user = &c;
@@ -82,13 +81,14 @@ static void bind_pixels(const void *user, struct bd_bindings *bindings)
     bd_bind_image(bindings, 0, out->irradiance, true, true);
 }
 
-enum bd_err bd_caustics_run(const struct bd_pass_context *context, struct bd_pool *pool,
-                            const struct bd_photon_map *map, const struct bd_gather_inputs *gather,
-                            struct bd_indirect *indirect, struct bd_err_detail *detail)
+enum bd_err bd_photon_density_run(const struct bd_pass_context *context,
+                                  const struct bd_photon_density_inputs *inputs,
+                                  const struct bd_gather_inputs *gather,
+                                  struct bd_indirect *indirect, struct bd_err_detail *detail)
 {
     struct bd_receivers_inputs receivers = {
-        .askers = bd_gather_askers(gather), .bind = bind_pixels, .out = indirect};
-    return run(context, pool, map, &receivers, detail);
+        .askers = bd_gather_askers(gather), .adds = true, .bind = bind_pixels, .out = indirect};
+    return run(context, inputs, &receivers, detail);
 }
 
 static void bind_fragments(const void *user, struct bd_bindings *bindings)
@@ -98,12 +98,31 @@ static void bind_fragments(const void *user, struct bd_bindings *bindings)
     if (out->coarse) bd_bind_image(bindings, 1, out->coarse, true, true);
 }
 
-enum bd_err bd_caustics_of_fragments(const struct bd_pass_context *context, struct bd_pool *pool,
-                                     const struct bd_photon_map *map,
-                                     const struct bd_gather_fragments_inputs *gather,
-                                     struct bd_multires_light *light, struct bd_err_detail *detail)
+enum bd_err bd_photon_density_add(const struct bd_pass_context *context,
+                                  const struct bd_photon_density_inputs *inputs,
+                                  const struct bd_gather_fragments_inputs *gather,
+                                  struct bd_multires_light *light, struct bd_err_detail *detail)
 {
     struct bd_receivers_inputs receivers = {
-        .askers = bd_fragment_askers(gather), .bind = bind_fragments, .out = light};
-    return run(context, pool, map, &receivers, detail);
+        .askers = bd_fragment_askers(gather), .adds = true, .bind = bind_fragments, .out = light};
+    return run(context, inputs, &receivers, detail);
+}
+
+enum bd_err bd_photon_density_of_fragments(const struct bd_pass_context *context,
+                                           const struct bd_photon_density_inputs *inputs,
+                                           const struct bd_gather_fragments_inputs *gather,
+                                           struct bd_multires_light **out,
+                                           struct bd_err_detail *detail)
+{
+    *out = gather->into;
+    enum bd_err err = BD_ERR_OK;
+    if (!gather->into)
+        err = bd_multires_light_create(context->gpu, &gather->fragments->layout,
+                                       BD_LIGHT_VECTORS_NONE, out, detail);
+    if (err) return err;
+    struct bd_receivers_inputs receivers = {
+        .askers = bd_fragment_askers(gather), .bind = bd_multires_light_bind, .out = *out};
+    err = run(context, inputs, &receivers, detail);
+    if (err && !gather->into) bd_multires_light_destroy(context->gpu, out);
+    return err;
 }

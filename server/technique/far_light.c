@@ -1,11 +1,11 @@
 #include "technique/far_light.h"
 
 #include "pass/cache.h"
-#include "pass/caustics.h"
 #include "pass/filter_light.h"
 #include "pass/gather_chosen_fragments.h"
 #include "pass/gloss.h"
 #include "pass/light_paths.h"
+#include "pass/photon_density.h"
 #include "technique/fragment_light.h"
 
 // Of a cell of the cache: what many pixels share is worth many rays.
@@ -61,6 +61,12 @@ static uint32_t own_rays(const struct bd_technique_inputs *inputs, uint32_t rays
     return rays > ALONE_RAYS ? rays : ALONE_RAYS;
 }
 
+static struct bd_photon_density_inputs caustics_of(const struct bd_technique_inputs *inputs)
+{
+    return (struct bd_photon_density_inputs){inputs->light_paths->caustics, inputs->pool,
+                                             "caustics"};
+}
+
 enum bd_err bd_far_light_pixels(const struct bd_pass_context *context,
                                 const struct bd_technique_inputs *inputs,
                                 const struct bd_unlit *unlit, struct bd_multires_light **out,
@@ -85,7 +91,8 @@ enum bd_err bd_far_light_pixels(const struct bd_pass_context *context,
     enum bd_err err = bd_gather_chosen_fragments_run(context, &chosen, out, detail);
     if (!err) err = bd_far_of_fragments(context, &far, &gather, *out, detail);
     if (err || !paths->caustics) return err;
-    return bd_caustics_of_fragments(context, inputs->pool, paths->caustics, &gather, *out, detail);
+    const struct bd_photon_density_inputs density = caustics_of(inputs);
+    return bd_photon_density_add(context, &density, &gather, *out, detail);
 }
 
 enum bd_err bd_far_light_caustics(const struct bd_pass_context *context,
@@ -93,9 +100,9 @@ enum bd_err bd_far_light_caustics(const struct bd_pass_context *context,
                                   const struct bd_gather_inputs *gather,
                                   struct bd_indirect *indirect, struct bd_err_detail *detail)
 {
-    const struct bd_photon_map *map = inputs->light_paths->caustics;
-    if (!map) return BD_ERR_OK;
-    return bd_caustics_run(context, inputs->pool, map, gather, indirect, detail);
+    const struct bd_photon_density_inputs density = caustics_of(inputs);
+    if (!density.map) return BD_ERR_OK;
+    return bd_photon_density_run(context, &density, gather, indirect, detail);
 }
 
 enum bd_err bd_far_light_lobes(const struct bd_pass_context *context,

@@ -17,7 +17,6 @@
 //         sub-frame lights by itself reflect by the mean of their lobe; the cheapest rung flickers
 //         while lights move
 
-#include "pass/caustics.h"
 #include "pass/filter_light.h"
 #include "pass/gather_chosen.h"
 #include "pass/gloss.h"

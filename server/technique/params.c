@@ -206,7 +206,10 @@ static const struct param_row table[BD_PARAM_COUNT] = {
     CHOICE(CAUSTICS, "caustics", caustics, 1,
            "photons of lamps where they land behind glass; auto: where there is any", "off",
            "auto"),
-    COUNT(PHOTONS, "photons", photons, 1024, BD_PHOTONS_MAX, 65536, "that lamps send to glass"),
+    COUNT(PHOTONS, "photons", photons, 1024, BD_PHOTONS_MAX, 65536,
+          "that lamps send to glass, and of technique photon as many that all lights send"),
+    REAL(PHOTON_RADIUS, "photon_radius", photon_radius_m, 0, 1e6, 0,
+         "over which photons are told, metres; 0: by how dense they are"),
 };
 
 // Other words for choices. They are read, and never written.

@@ -108,9 +108,10 @@ enum bd_param {
     BD_PARAM_ISM_BIAS,
     BD_PARAM_ISM_HOLES,
     BD_PARAM_LAMP_RADIUS,
-    // Of what lamps send through glass (pass/caustics.h).
+    // Of what lamps send through glass (pass/photon_density.h).
     BD_PARAM_CAUSTICS,
     BD_PARAM_PHOTONS,
+    BD_PARAM_PHOTON_RADIUS,
     BD_PARAM_COUNT,
 };
 
@@ -189,6 +190,7 @@ struct bd_params {
     double lamp_radius_m;
     uint32_t caustics; // 0 = off, 1 = auto: where there is glass
     uint32_t photons;
+    double photon_radius_m; // 0 = by their density
 };
 
 // Of what a clamp takes off, of techniques that read `residual`: whether the picture gives it back,

@@ -23,6 +23,7 @@ enum bd_frame_input {
     BD_INPUT_VPL_TREE = 1u << 3, // beside the grid, whose side is a power of two: a tree over it
     BD_INPUT_FINAL_GATHER = 1u << 4, // light paths in two sets (pass/light_paths.h)
     BD_INPUT_SCREEN = 1u << 5,       // what falls on surfaces that are seen, by direct light
+    BD_INPUT_PHOTONS = 1u << 6,      // photons where they landed (pass/photons.h)
 };
 
 // Parameters that the frame reads for those inputs, G-buffer and direct light included.
@@ -98,6 +99,7 @@ struct bd_first_light;
 struct bd_irradiance_cells;
 struct bd_fragments;
 struct bd_light_paths;
+struct bd_photons;
 struct bd_scene;
 struct bd_surfaces;
 struct bd_vpl_tree;
@@ -125,10 +127,11 @@ struct bd_technique_inputs {
     uint32_t list_count;
     const struct bd_vpl_list *vpls_in_order;  // of all lists, where some are chosen; else NULL
     const struct bd_light_paths *light_paths; // BD_INPUT_FINAL_GATHER
-    const struct bd_first_light *first_light; // likewise
+    const struct bd_photons *photons;         // BD_INPUT_PHOTONS
+    const struct bd_first_light *first_light; // of either
     const struct bd_irradiance_cells *cells;  // of sub-frames that share: the first one's
     const struct bd_scene *snapshot;
-    const struct bd_occluders *occluders; // indirect_visibility=rays, and a final gather's rays
+    const struct bd_occluders *occluders; // indirect_visibility=rays, a final gather's, photons'
     const struct bd_imperfect_view *maps; // indirect_visibility=ism
     struct bd_pool *pool;                 // for either
     bool chosen;                          // there are fewer rays than VPLs
@@ -273,6 +276,7 @@ extern const struct bd_technique bd_technique_isr;
 extern const struct bd_technique bd_technique_many_light;
 extern const struct bd_technique bd_technique_multires_gather;
 extern const struct bd_technique bd_technique_multires_splat;
+extern const struct bd_technique bd_technique_photon;
 extern const struct bd_technique bd_technique_reference;
 extern const struct bd_technique bd_technique_rsm;
 extern const struct bd_technique bd_technique_rsm_splat;
