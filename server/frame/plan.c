@@ -505,10 +505,11 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
     out->rays =
         out->indirect && (out->final_gather || out->photons || asks(out, BD_VISIBILITY_RAYS));
     out->imperfect = out->indirect && asks(out, BD_VISIBILITY_ISM);
-    const bool asked = out->rays || out->imperfect;
+    const bool asked = (out->rays || out->imperfect) && !out->photons;
     out->chosen = out->final_gather || (asked && out->params.rays < count_vpls(out, scene) &&
                                         out->params.rays <= BD_RAYS_CHOSEN_MAX);
-    out->filtered = out->chosen && out->params.noise_filter && out->params.rays > 1;
+    const bool is_noisy = (out->chosen && out->params.rays > 1) || (out->photons && out->glossy);
+    out->filtered = is_noisy && out->params.noise_filter;
     const bool may_share =
         out->indirect && bd_technique_shares(out->technique, &out->params, out->glossy);
     out->block_px = may_share ? bd_plan_block_px(out->technique, &out->params, request->width_px,
@@ -528,7 +529,7 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
     out->traced_stages = traced_stages_of(out, scene, request);
     report->unoccluded = out->unoccluded;
     describe_request(out, scene, request, report);
-    if (out->indirect) report->counts.vpls = count_vpls(out, scene);
+    if (out->indirect && !out->photons) report->counts.vpls = count_vpls(out, scene);
     list_passes(out, report);
     list_omitted(out, scene, report);
     flag_what_is_not_honoured(out, scene, report);

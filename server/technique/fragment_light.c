@@ -191,7 +191,8 @@ enum bd_err bd_fragment_light(const struct bd_pass_context *context,
 {
     struct lit lit = {0};
     enum bd_err err = light(context, inputs, pass, light_fragments, &lit, detail);
-    if (!err && inputs->filtered) err = filter(context, inputs, &lit, detail);
+    if (!err && inputs->filtered && lit.light->fine_noise)
+        err = filter(context, inputs, &lit, detail);
     if (!err) err = upsample(context, inputs, &lit, out, detail);
     destroy_lit(context->gpu, &lit);
     return err;

@@ -11,6 +11,7 @@
 //         indirect light is as soft as photons are sparse, and light bleeds round thin walls' edges
 //         within that; normal maps do not show in it
 
+#include "pass/filter_light.h"
 #include "pass/gloss.h"
 #include "pass/photon_density.h"
 #include "pass/photons.h"
@@ -68,8 +69,12 @@ static enum bd_err add_lobes(const struct bd_pass_context *context,
         .caustics = inputs->photons->caustics,
     };
     struct bd_gather_inputs gather = bd_technique_gather_inputs(inputs);
+    gather.visibility = &visibility;
     gather.glossy = false;
-    return bd_gloss_run(context, &far, &gather, indirect, detail);
+    enum bd_err err = bd_gloss_run(context, &far, &gather, indirect, detail);
+    if (err || !inputs->filtered) return err;
+    const struct bd_smoothing smoothing = {BD_FAR_FILTER_LEVELS, inputs->variance_part, true};
+    return bd_filter_light_run(context, &gather, &smoothing, indirect, detail);
 }
 
 static enum bd_err light_lobes(const struct bd_pass_context *context,
@@ -105,7 +110,11 @@ static enum bd_err light(const struct bd_pass_context *context,
 }
 
 static const struct bd_technique_pass passes[] = {
-    {"density", 0}, {"upsample", 0}, {"caustics", BD_WHEN_CAUSTICS}, {"gloss", BD_WHEN_GLOSSY},
+    {"density", 0},
+    {"upsample", 0},
+    {"caustics", BD_WHEN_CAUSTICS},
+    {"gloss", BD_WHEN_GLOSSY},
+    {"filter", BD_WHEN_FILTERED},
     {NULL, 0},
 };
 static const struct bd_param_default defaults[] = {
@@ -139,8 +148,9 @@ const struct bd_technique bd_technique_photon = {
     .passes = passes,
     .params_read = BD_READS_DIRECT | BD_READS(BD_PARAM_ALPHA) | BD_READS_LIGHT_PATHS |
                    BD_READS_FRAGMENTS | BD_READS(BD_PARAM_FAR_RAYS) |
-                   BD_READS(BD_PARAM_SUB_FRAMES) | BD_READS(BD_PARAM_PAPER_MODE) |
-                   BD_READS_CAUSTICS | BD_READS(BD_PARAM_PHOTON_RADIUS),
+                   BD_READS(BD_PARAM_SUB_FRAMES) | BD_READS(BD_PARAM_NOISE_FILTER) |
+                   BD_READS(BD_PARAM_PAPER_MODE) | BD_READS_CAUSTICS |
+                   BD_READS(BD_PARAM_PHOTON_RADIUS),
     .defaults = defaults,
     .default_count = sizeof defaults / sizeof *defaults,
     .tolerance = {.direct = 1e-3, .indirect = 5e-2}, // blur at edges, noise of few photons
