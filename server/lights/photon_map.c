@@ -3,6 +3,7 @@
 #include <stdlib.h>
 
 #include "base/assert.h"
+#include "lights/directions.h"
 #include "lights/point_tree.h"
 
 #define OFF_PLANE   4.0f // as far as that along it
@@ -131,18 +132,36 @@ static void consider(void *user, const struct bd_point_node *node)
 
 // Of all within a disk.
 struct sum {
-    f3 position, normal;
+    const struct bd_photon_disk *disk;
+    const struct bd_disk_cut *cuts; // NULL: none
+    struct bd_basis basis;
     float within2;
     const f3 *flux; // NULL: of points, how much of the disk is there
     f3 irradiance;
     float weight;
 };
 
+static bool is_behind(const struct bd_disk_cut *cut, f3 position)
+{
+    return f3_dot(cut->normal, f3_sub(position, cut->point)) < 0;
+}
+
+// By what is met on either side of it.
+static bool is_cut_off(const struct sum *s, f3 position)
+{
+    const f3 away = f3_sub(position, s->disk->position);
+    const float turn = atan2f(f3_dot(away, s->basis.y), f3_dot(away, s->basis.x)) / (2 * F_PI);
+    const float place = (turn < 0 ? turn + 1 : turn) * BD_DISK_CUTS;
+    const uint32_t before = (uint32_t)place % BD_DISK_CUTS, after = (before + 1) % BD_DISK_CUTS;
+    return is_behind(&s->cuts[before], position) || is_behind(&s->cuts[after], position);
+}
+
 static void add(void *user, const struct bd_point_node *node)
 {
     struct sum *s = user;
     float distance2;
-    if (!is_near(node, s->position, s->normal, s->within2, &distance2)) return;
+    if (!is_near(node, s->disk->position, s->disk->normal, s->within2, &distance2)) return;
+    if (s->cuts && is_cut_off(s, node->position)) return;
     const float weight = 1 - distance2 / s->within2;
     if (s->flux) s->irradiance = f3_add(s->irradiance, f3_scale(s->flux[node->point], weight));
     s->weight += weight;
@@ -156,7 +175,7 @@ static float area_of(const struct bd_photon_map *map, const struct sum *disk)
     if (map->surfaces.count == 0) return whole;
     there.flux = NULL;
     there.weight = 0;
-    bd_point_tree_each(&map->surfaces, disk->position, &there.within2, add, &there);
+    bd_point_tree_each(&map->surfaces, disk->disk->position, &there.within2, add, &there);
     return f_min(f_max(there.weight * map->surfaces.area, PART_LEAST * whole), PART_MOST * whole);
 }
 
@@ -171,31 +190,52 @@ static float radius2_of(const struct bd_photon_map *map, const struct search *fo
     return f_min(f_max(found->within2 * wider, least * least), most2);
 }
 
-static f3 look(const struct bd_photon_map *map, f3 position, f3 normal, uint32_t near, float least)
+static struct bd_photon_disk disk_of(const struct bd_photon_map *map, f3 position, f3 normal,
+                                     uint32_t near, float least)
 {
     const float reach = map->how.reach;
     struct search s = {.position = position, .normal = normal, .within2 = reach * reach};
     bd_point_tree_each(&map->tree, position, &s.within2, consider, &s);
-    if (s.count == 0) return f3_of(0, 0, 0);
-    struct sum sum = {.position = position,
-                      .normal = normal,
-                      .within2 = radius2_of(map, &s, near, least),
+    const float radius = s.count > 0 ? f_sqrt(radius2_of(map, &s, near, least)) : 0;
+    return (struct bd_photon_disk){position, normal, radius};
+}
+
+struct bd_photon_disk bd_photon_disk_of(const struct bd_photon_map *map, f3 position, f3 normal,
+                                        float least)
+{
+    return disk_of(map, position, normal, map->how.near, least);
+}
+
+static bool are_any(const struct bd_disk_cut *cuts)
+{
+    float sum = 0;
+    for (uint32_t i = 0; cuts && i < BD_DISK_CUTS; i++)
+        sum += f3_dot(cuts[i].normal, cuts[i].normal);
+    return sum > 0;
+}
+
+f3 bd_photon_map_tell(const struct bd_photon_map *map, const struct bd_photon_disk *disk,
+                      const struct bd_disk_cut *cuts)
+{
+    struct sum sum = {.disk = disk,
+                      .cuts = are_any(cuts) ? cuts : NULL,
+                      .basis = bd_basis_of(disk->normal),
+                      .within2 = disk->radius * disk->radius,
                       .flux = map->flux};
-    if (sum.within2 != s.within2)
-        bd_point_tree_each(&map->tree, position, &sum.within2, add, &sum);
-    else
-        for (uint32_t i = 0; i < s.count; i++)
-            sum.irradiance = f3_add(
-                sum.irradiance, f3_scale(map->flux[s.photon[i]], 1 - s.distance2[i] / s.within2));
+    if (!(disk->radius > 0)) return f3_of(0, 0, 0);
+    bd_point_tree_each(&map->tree, disk->position, &sum.within2, add, &sum);
     return f3_scale(sum.irradiance, 1 / area_of(map, &sum));
 }
 
 f3 bd_photon_map_look(const struct bd_photon_map *map, f3 position, f3 normal, float least)
 {
-    return look(map, position, normal, map->how.near, least);
+    const struct bd_photon_disk disk = bd_photon_disk_of(map, position, normal, least);
+    return bd_photon_map_tell(map, &disk, NULL);
 }
 
 f3 bd_photon_map_glance(const struct bd_photon_map *map, f3 position, f3 normal, uint32_t near)
 {
-    return look(map, position, normal, near < map->how.near ? near : map->how.near, 0);
+    const struct bd_photon_disk disk =
+        disk_of(map, position, normal, near < map->how.near ? near : map->how.near, 0);
+    return bd_photon_map_tell(map, &disk, NULL);
 }

@@ -52,8 +52,28 @@ enum bd_err bd_photon_map_create(const struct bd_photon *photons, uint32_t count
 void bd_photon_map_destroy(struct bd_photon_map **map);
 uint64_t bd_photon_map_bytes(const struct bd_photon_map *map);
 
-// Irradiance at a place, in the frame's unit. `normal` is unit. Over a disk of at least that
-// radius, render units, whatever lies in it: a pixel has all of a focus that is smaller.
+// About a place.
+struct bd_photon_disk {
+    f3 position, normal; // unit
+    float radius;        // render units; 0: no photon is near
+};
+// Of at least that radius, whatever lies in it: a pixel has all of a focus that is smaller.
+struct bd_photon_disk bd_photon_disk_of(const struct bd_photon_map *map, f3 position, f3 normal,
+                                        float least);
+
+// What stands on the disk, seen from its middle in directions round it, the first along the x of
+// bd_basis_of its normal: what lies behind such a plane, between it and its neighbours, does not
+// count, or light would come through walls.
+#define BD_DISK_CUTS 12u
+struct bd_disk_cut {
+    f3 point, normal; // of what is met, to the middle's side; 0: nothing is
+};
+
+// Irradiance at a disk's middle, in the frame's unit. `cuts`: BD_DISK_CUTS, or NULL: nothing
+// stands there.
+f3 bd_photon_map_tell(const struct bd_photon_map *map, const struct bd_photon_disk *disk,
+                      const struct bd_disk_cut *cuts);
+// The same of a place where nobody has looked what stands there.
 f3 bd_photon_map_look(const struct bd_photon_map *map, f3 position, f3 normal, float least);
 // The same of so many photons about, where the map has more in a disk: sooner, with more noise.
 f3 bd_photon_map_glance(const struct bd_photon_map *map, f3 position, f3 normal, uint32_t near);

@@ -28,6 +28,22 @@ struct bd_surface_hit bd_surface_hit_of(const struct bd_surface_hits *hits, uint
     };
 }
 
+bool bd_surface_hit_triangle(const struct bd_surface_hits *hits, uint32_t triangle,
+                             struct bd_hit_triangle *out)
+{
+    const struct bd_surface_hit hit = bd_surface_hit_of(hits, triangle);
+    struct bd_triangle_place place;
+    if (!bd_triangle_place_of(&hits->space, hit.run, hit.instance, hit.primitive, hit.of_primitive,
+                              &place))
+        return false;
+    *out = (struct bd_hit_triangle){
+        .corner = {place.corner[0], place.corner[1], place.corner[2]},
+        .normal = place.normal,
+        .two_sided = hits->scene->materials[hit.primitive->material].double_sided,
+    };
+    return true;
+}
+
 bool bd_surface_hit_at(const struct bd_surface_hits *hits, uint32_t triangle, float u, float v,
                        f3 direction, struct bd_surface_point *point)
 {

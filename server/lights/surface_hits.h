@@ -32,6 +32,15 @@ struct bd_surface_hit bd_surface_hit_of(const struct bd_surface_hits *hits, uint
 void bd_surface_hits_init(struct bd_surface_hits *hits, const struct bd_scene *scene);
 void bd_surface_hits_finish(struct bd_surface_hits *hits);
 
+// Where a triangle lies, in render space.
+struct bd_hit_triangle {
+    f3 corner[3], normal; // unit, to its front
+    bool two_sided;
+};
+// False if it has no area.
+bool bd_surface_hit_triangle(const struct bd_surface_hits *hits, uint32_t triangle,
+                             struct bd_hit_triangle *out);
+
 // The point that was met but for `diffuse`; its normal is to the side that `direction` comes from.
 // False where nothing goes on: what is unlit, and the rear of a surface that has but one side.
 bool bd_surface_hit_at(const struct bd_surface_hits *hits, uint32_t triangle, float u, float v,

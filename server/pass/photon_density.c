@@ -1,23 +1,45 @@
 #include "pass/photon_density.h"
 
 #include <math.h>
+#include <stdlib.h>
 
+#include "lights/directions.h"
+#include "lights/surface_hits.h"
 #include "pass/f3_arrays.h"
 #include "pass/kernels.h"
+#include "pass/nearest.h"
 #include "pass/receivers.h"
 
 // Of the slicer, one for each evaluation of a VPL.
-#define UNITS_PER_LOOK 300.0
+#define UNITS_PER_DISK 300.0
+#define UNITS_PER_LOOK 600.0
 // Flatter surfaces are no longer in a pixel.
 #define COSINE_LEAST 0.05
 
+// Receivers at once, that rays are asked for.
+#define AT_ONCE 8192u
+// Over the disk's radius: what is lower cuts nothing off.
+#define LIFT 0.02f
+// A ray of the disk.
+#define UNITS_PER_CUT 20.0
+
 struct density {
     struct bd_pass_context context;
-    const struct bd_photon_map *map;
+    const struct bd_photon_density_inputs *inputs;
     const struct bd_viewpoint *viewpoint;
     const struct bd_render_space *space;
     bd_dvec3 eye; // render space
     const struct bd_receiver_part *part;
+    // Of a part's receivers, and of those that have photons near what stands on their disks.
+    struct bd_photon_disk *disks;
+    uint32_t *first_cut; // of each; UINT32_MAX: nobody asked
+    uint32_t ray_count;
+    struct bd_ray *rays;
+    struct bd_ray_hit *met;
+    struct bd_disk_cut *cuts;
+    struct bd_surface_hits hits;
+    struct bd_ray_counts traced;
+    struct bd_err_detail *detail;
 };
 
 // Of a disk four times as large as what a pixel shows of a surface there: a focus that lies between
@@ -34,45 +56,150 @@ static float pixel_radius(const struct density *c, f3 position, f3 normal)
     return (float)(2 * side / sqrt((double)F_PI * cosine));
 }
 
-static void look_group(void *user, uint32_t group)
+static void find_disks(void *user, uint32_t group)
 {
     const struct density *c = user;
     const struct bd_receivers *receivers = &c->part->receivers[group];
     const struct bd_ray_starts *starts = &c->part->starts[group];
     for (uint32_t lane = 0; lane < BD_LANES; lane++) {
-        if (receivers->lit[lane] == 0 || group * BD_LANES + lane >= c->part->count) continue;
+        const uint32_t i = group * BD_LANES + lane;
+        c->disks[i] = (struct bd_photon_disk){.radius = 0};
+        if (receivers->lit[lane] == 0 || i >= c->part->count) continue;
         const f3 position = f3_at(&starts->position, lane);
         const f3 normal = f3_at(&starts->normal_geometric, lane);
-        f3_add_at(&c->part->light[group].irradiance, lane,
-                  bd_photon_map_look(c->map, position, normal, pixel_radius(c, position, normal)));
+        c->disks[i] =
+            bd_photon_disk_of(c->inputs->map, position, normal, pixel_radius(c, position, normal));
     }
+}
+
+// --- what stands on them ------------------------------------------------------------------------
+
+static void aim_round(struct density *c, uint32_t receiver)
+{
+    const struct bd_photon_disk *disk = &c->disks[receiver];
+    const struct bd_ray_starts *starts = &c->part->starts[receiver / BD_LANES];
+    const struct bd_basis basis = bd_basis_of(disk->normal);
+    const f3 from = f3_add(disk->position, f3_scale(disk->normal, LIFT * disk->radius));
+    for (uint32_t k = 0; k < BD_DISK_CUTS; k++) {
+        const float turn = 2 * F_PI * (float)k / BD_DISK_CUTS;
+        const f3 d = bd_from_basis(&basis, disk->normal, f3_of(cosf(turn), sinf(turn), 0));
+        c->rays[c->ray_count++] = (struct bd_ray){
+            .origin = {from.x, from.y, from.z},
+            .from_triangle = starts->triangle[receiver % BD_LANES],
+            .direction = {d.x, d.y, d.z},
+            .far = disk->radius,
+        };
+    }
+}
+
+static void find_cuts(void *user, uint32_t group)
+{
+    const struct density *c = user;
+    for (uint32_t i = group * BD_LANES; i < (group + 1) * BD_LANES && i < c->ray_count; i++) {
+        const struct bd_ray *ray = &c->rays[i];
+        const struct bd_ray_hit *hit = &c->met[i];
+        const f3 d = f3_of(ray->direction[0], ray->direction[1], ray->direction[2]);
+        struct bd_hit_triangle triangle;
+        c->cuts[i] = (struct bd_disk_cut){.normal = f3_of(0, 0, 0)};
+        if (hit->triangle == BD_NO_TRIANGLE ||
+            !bd_surface_hit_triangle(&c->hits, hit->triangle, &triangle))
+            continue;
+        const f3 from = f3_of(ray->origin[0], ray->origin[1], ray->origin[2]);
+        c->cuts[i].point = f3_add(from, f3_scale(d, hit->distance));
+        c->cuts[i].normal = f3_scale(triangle.normal, f3_dot(triangle.normal, d) > 0 ? -1 : 1);
+    }
+}
+
+static enum bd_err look_round(struct density *c)
+{
+    c->ray_count = 0;
+    for (uint32_t i = 0; i < c->part->group_count * BD_LANES; i++) {
+        const bool is_asked = c->inputs->visibility && c->disks[i].radius > 0;
+        c->first_cut[i] = is_asked ? c->ray_count : UINT32_MAX;
+        if (is_asked) aim_round(c, i);
+    }
+    if (c->ray_count == 0) return BD_ERR_OK;
+    enum bd_err err = bd_nearest_ask(&c->context, c->inputs->visibility, c->rays, c->ray_count,
+                                     c->met, &c->traced, c->detail);
+    bd_slicer_work(c->context.slicer, "photon disks");
+    return err ? err
+               : bd_receivers_each(&c->context, (c->ray_count + BD_LANES - 1) / BD_LANES,
+                                   UNITS_PER_CUT * BD_LANES, find_cuts, c);
+}
+
+// --- their light --------------------------------------------------------------------------------
+
+static void tell_group(void *user, uint32_t group)
+{
+    const struct density *c = user;
+    for (uint32_t lane = 0; lane < BD_LANES; lane++) {
+        const uint32_t i = group * BD_LANES + lane;
+        if (!(c->disks[i].radius > 0)) continue;
+        const struct bd_disk_cut *cuts =
+            c->first_cut[i] == UINT32_MAX ? NULL : c->cuts + c->first_cut[i];
+        f3_add_at(&c->part->light[group].irradiance, lane,
+                  bd_photon_map_tell(c->inputs->map, &c->disks[i], cuts));
+    }
+}
+
+static enum bd_err make_room(struct density *c)
+{
+    const size_t receivers = (size_t)c->part->group_count * BD_LANES;
+    const size_t rays = receivers * BD_DISK_CUTS;
+    if (c->disks) return BD_ERR_OK; // the first part is the largest
+    c->disks = malloc(receivers * sizeof *c->disks);
+    c->first_cut = malloc(receivers * sizeof *c->first_cut);
+    c->rays = malloc(rays * sizeof *c->rays);
+    c->met = malloc(rays * sizeof *c->met);
+    c->cuts = malloc(rays * sizeof *c->cuts);
+    if (c->disks && c->first_cut && c->rays && c->met && c->cuts) return BD_ERR_OK;
+    return bd_err_set(c->detail, BD_ERR_NO_MEMORY, "photons", "no memory for disks of photons");
 }
 
 static enum bd_err light_part(void *user, const struct bd_receiver_part *part)
 {
     struct density *c = user;
     c->part = part;
+    enum bd_err err = make_room(c);
+    bd_slicer_work(c->context.slicer, "photon disks");
+    if (!err)
+        err = bd_receivers_each(&c->context, part->group_count, UNITS_PER_DISK * BD_LANES,
+                                find_disks, c);
+    if (!err) err = look_round(c);
     bd_slicer_work(c->context.slicer, "photon density");
-    return bd_receivers_each(&c->context, part->group_count, UNITS_PER_LOOK * BD_LANES, look_group,
-                             c);
+    return err ? err
+               : bd_receivers_each(&c->context, part->group_count, UNITS_PER_LOOK * BD_LANES,
+                                   tell_group, c);
 }
 
 static enum bd_err run(const struct bd_pass_context *context,
                        const struct bd_photon_density_inputs *inputs,
-                       struct bd_receivers_inputs *receivers, struct bd_err_detail *detail)
+                       struct bd_receivers_inputs *receivers, struct bd_ray_counts *traced,
+                       struct bd_err_detail *detail)
 {
     const struct bd_processor processor = {inputs->pool, NULL};
     struct density c = {.context = *context,
-                        .map = inputs->map,
+                        .inputs = inputs,
                         .viewpoint = receivers->askers.viewpoint,
-                        .space = receivers->askers.space};
+                        .space = receivers->askers.space,
+                        .detail = detail};
     c.eye = bd_render_from_world(c.space, c.viewpoint->position_m);
     c.context.processor = &processor;
+    bd_surface_hits_init(&c.hits, inputs->snapshot);
     receivers->pass = inputs->pass;
     receivers->starts = true;
+    receivers->receivers_max = AT_ONCE;
     receivers->light = light_part;
     receivers->user = &c;
-    return bd_receivers_run(&c.context, receivers, detail);
+    const enum bd_err err = bd_receivers_run(&c.context, receivers, detail);
+    bd_ray_counts_add(traced, c.traced);
+    bd_surface_hits_finish(&c.hits);
+    free(c.disks);
+    free(c.first_cut);
+    free(c.rays);
+    free(c.met);
+    free(c.cuts);
+    return err;
 }
 
 static void bind_pixels(const void *user, struct bd_bindings *bindings)
@@ -88,7 +215,7 @@ enum bd_err bd_photon_density_run(const struct bd_pass_context *context,
 {
     struct bd_receivers_inputs receivers = {
         .askers = bd_gather_askers(gather), .adds = true, .bind = bind_pixels, .out = indirect};
-    return run(context, inputs, &receivers, detail);
+    return run(context, inputs, &receivers, &indirect->rays, detail);
 }
 
 static void bind_fragments(const void *user, struct bd_bindings *bindings)
@@ -105,7 +232,7 @@ enum bd_err bd_photon_density_add(const struct bd_pass_context *context,
 {
     struct bd_receivers_inputs receivers = {
         .askers = bd_fragment_askers(gather), .adds = true, .bind = bind_fragments, .out = light};
-    return run(context, inputs, &receivers, detail);
+    return run(context, inputs, &receivers, &light->rays, detail);
 }
 
 enum bd_err bd_photon_density_of_fragments(const struct bd_pass_context *context,
@@ -122,7 +249,7 @@ enum bd_err bd_photon_density_of_fragments(const struct bd_pass_context *context
     if (err) return err;
     struct bd_receivers_inputs receivers = {
         .askers = bd_fragment_askers(gather), .bind = bd_multires_light_bind, .out = *out};
-    err = run(context, inputs, &receivers, detail);
+    err = run(context, inputs, &receivers, &(*out)->rays, detail);
     if (err && !gather->into) bd_multires_light_destroy(context->gpu, out);
     return err;
 }

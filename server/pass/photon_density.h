@@ -1,6 +1,6 @@
 // Irradiance of receivers by the density of photons about them (lights/photon_map.h): on the
-// processor, whatever the device. Caustics are added behind the filters of noise: where they are
-// bright is no noise.
+// processor, whatever the device, but for rays. Caustics are added behind the filters of noise:
+// where they are bright is no noise.
 //
 // Private to pass/ but for the techniques. Thread: render thread, and the pool's.
 
@@ -12,6 +12,10 @@
 
 struct bd_photon_density_inputs {
     const struct bd_photon_map *map;
+    const struct bd_scene *snapshot;
+    // Who says what stands on a receiver's disk: rays round it, or light would come through walls.
+    // NULL: nobody.
+    const struct bd_visibility_inputs *visibility;
     struct bd_pool *pool;
     const char *pass; // in the report
 };

@@ -61,10 +61,14 @@ static uint32_t own_rays(const struct bd_technique_inputs *inputs, uint32_t rays
     return rays > ALONE_RAYS ? rays : ALONE_RAYS;
 }
 
-static struct bd_photon_density_inputs caustics_of(const struct bd_technique_inputs *inputs)
+static struct bd_photon_density_inputs caustics_of(const struct bd_technique_inputs *inputs,
+                                                   const struct bd_visibility_inputs *visibility)
 {
-    return (struct bd_photon_density_inputs){inputs->light_paths->caustics, inputs->pool,
-                                             "caustics"};
+    return (struct bd_photon_density_inputs){.map = inputs->light_paths->caustics,
+                                             .snapshot = inputs->snapshot,
+                                             .visibility = visibility,
+                                             .pool = inputs->pool,
+                                             .pass = "caustics"};
 }
 
 enum bd_err bd_far_light_pixels(const struct bd_pass_context *context,
@@ -91,7 +95,7 @@ enum bd_err bd_far_light_pixels(const struct bd_pass_context *context,
     enum bd_err err = bd_gather_chosen_fragments_run(context, &chosen, out, detail);
     if (!err) err = bd_far_of_fragments(context, &far, &gather, *out, detail);
     if (err || !paths->caustics) return err;
-    const struct bd_photon_density_inputs density = caustics_of(inputs);
+    const struct bd_photon_density_inputs density = caustics_of(inputs, &rays);
     return bd_photon_density_add(context, &density, &gather, *out, detail);
 }
 
@@ -100,7 +104,8 @@ enum bd_err bd_far_light_caustics(const struct bd_pass_context *context,
                                   const struct bd_gather_inputs *gather,
                                   struct bd_indirect *indirect, struct bd_err_detail *detail)
 {
-    const struct bd_photon_density_inputs density = caustics_of(inputs);
+    const struct bd_visibility_inputs visibility = bd_technique_visibility(inputs);
+    const struct bd_photon_density_inputs density = caustics_of(inputs, &visibility);
     if (!density.map) return BD_ERR_OK;
     return bd_photon_density_run(context, &density, gather, indirect, detail);
 }

@@ -28,14 +28,27 @@ static struct bd_gather_fragments_inputs fragments_of(const struct bd_technique_
     return fragments;
 }
 
+static struct bd_photon_density_inputs density_of(const struct bd_technique_inputs *inputs,
+                                                  const struct bd_photon_map *map,
+                                                  const struct bd_visibility_inputs *visibility,
+                                                  const char *pass)
+{
+    return (struct bd_photon_density_inputs){.map = map,
+                                             .snapshot = inputs->snapshot,
+                                             .visibility = visibility,
+                                             .pool = inputs->pool,
+                                             .pass = pass};
+}
+
 static enum bd_err light_fragments(const struct bd_pass_context *context,
                                    const struct bd_technique_inputs *inputs,
                                    const struct bd_unlit *unlit, struct bd_multires_light **out,
                                    struct bd_err_detail *detail)
 {
     const struct bd_gather_fragments_inputs fragments = fragments_of(inputs, unlit);
-    const struct bd_photon_density_inputs density = {inputs->photons->global, inputs->pool,
-                                                     "density"};
+    const struct bd_visibility_inputs visibility = bd_technique_visibility(inputs);
+    const struct bd_photon_density_inputs density =
+        density_of(inputs, inputs->photons->global, &visibility, "density");
     return bd_photon_density_of_fragments(context, &density, &fragments, out, detail);
 }
 
@@ -45,8 +58,9 @@ static enum bd_err light_pixels(const struct bd_pass_context *context,
                                 struct bd_err_detail *detail)
 {
     const struct bd_gather_fragments_inputs fragments = fragments_of(inputs, unlit);
-    const struct bd_photon_density_inputs caustics = {inputs->photons->caustics, inputs->pool,
-                                                      "caustics"};
+    const struct bd_visibility_inputs visibility = bd_technique_visibility(inputs);
+    const struct bd_photon_density_inputs caustics =
+        density_of(inputs, inputs->photons->caustics, &visibility, "caustics");
     enum bd_err err = light_fragments(context, inputs, unlit, out, detail);
     if (err || !caustics.map) return err;
     return bd_photon_density_add(context, &caustics, &fragments, *out, detail);
@@ -90,8 +104,9 @@ static enum bd_err complete(const struct bd_pass_context *context,
                             struct bd_err_detail *detail)
 {
     const struct bd_gather_inputs gather = bd_technique_gather_inputs(inputs);
-    const struct bd_photon_density_inputs caustics = {inputs->photons->caustics, inputs->pool,
-                                                      "caustics"};
+    const struct bd_visibility_inputs visibility = bd_technique_visibility(inputs);
+    const struct bd_photon_density_inputs caustics =
+        density_of(inputs, inputs->photons->caustics, &visibility, "caustics");
     enum bd_err err = BD_ERR_OK;
     if (caustics.map) err = bd_photon_density_run(context, &caustics, &gather, indirect, detail);
     if (err || !inputs->glossy_receivers) return err;

@@ -4,6 +4,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "lights/directions.h"
 #include "lights/photon_map.h"
 #include "lights/sequence.h"
 #include "tests/unit/cmocka_all.h"
@@ -159,6 +160,36 @@ static void more_photons_are_less_noise_and_edges_are_whole(void **state)
     free(photons);
 }
 
+// A wall stands at x = .5: of what is lit behind it nothing counts, and of what is before it the
+// disk's part there.
+static void walls_cut_disks(void **state)
+{
+    (void)state;
+    struct bd_photon *photons = even_photons();
+    struct bd_photon_map *map =
+        map_made(photons, COUNT, (struct bd_photon_map_how){.reach = REACH, .near = 256});
+    struct bd_disk_cut cuts[BD_DISK_CUTS] = {0}, none[BD_DISK_CUTS] = {0};
+    const struct bd_photon_disk disk =
+        bd_photon_disk_of(map, f3_of(0.5f - 1e-4f, 0.5f, 0), f3_of(0, 0, 1), 0);
+    const struct bd_basis basis = bd_basis_of(disk.normal);
+    for (uint32_t k = 0; k < BD_DISK_CUTS; k++) {
+        const float turn = 2 * F_PI * (float)k / BD_DISK_CUTS;
+        if (f3_add(f3_scale(basis.x, cosf(turn)), f3_scale(basis.y, sinf(turn))).x > 0.01f)
+            cuts[k] = (struct bd_disk_cut){f3_of(0.5f, 0.5f, 0), f3_of(-1, 0, 0)};
+    }
+    assert_float_equal(bd_photon_map_tell(map, &disk, none).x, 3, 0.6);
+    assert_float_equal(bd_photon_map_tell(map, &disk, cuts).x, 1.5, 0.4);
+    for (uint32_t i = 0; i < COUNT; i++)
+        if (photons[i].position.x < 0.5f) photons[i].flux = f3_of(0, 0, 0);
+    struct bd_photon_map *behind =
+        map_made(photons, COUNT, (struct bd_photon_map_how){.reach = REACH, .near = 256});
+    assert_float_equal(bd_photon_map_tell(behind, &disk, none).x, 1.5, 0.6);
+    assert_float_equal(bd_photon_map_tell(behind, &disk, cuts).x, 0, 0);
+    bd_photon_map_destroy(&map);
+    bd_photon_map_destroy(&behind);
+    free(photons);
+}
+
 static void a_radius_holds_everywhere(void **state)
 {
     (void)state;
@@ -178,6 +209,7 @@ int main(void)
         cmocka_unit_test(a_focus_keeps_its_flux),
         cmocka_unit_test(few_tell_what_they_have),
         cmocka_unit_test(more_photons_are_less_noise_and_edges_are_whole),
+        cmocka_unit_test(walls_cut_disks),
         cmocka_unit_test(a_radius_holds_everywhere),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
