@@ -69,6 +69,9 @@ enum bd_err bd_nearest_ask(const struct bd_pass_context *context,
                            struct bd_err_detail *detail)
 {
     if (count == 0) return BD_ERR_OK;
+    if (inputs->images)
+        return bd_env_rays_nearest(context, inputs->images, inputs->pool, rays, count, hits,
+                                   traced);
     return inputs->occluders->rays ? ask_processor(context, inputs, rays, count, hits, traced)
                                    : ask_device(context, inputs, rays, count, hits, traced, detail);
 }

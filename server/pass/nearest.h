@@ -1,6 +1,7 @@
 // What each of some rays meets first (rays/rays.h): the other question beside visibility, asked of
 // the device where the occluders lie there, and of the processor otherwise. Answers differ where a
-// ray passes within rounding of a triangle's edge, and in the last digits of a distance.
+// ray passes within rounding of a triangle's edge, and in the last digits of a distance. Or of
+// environment maps instead (pass/env_rays.h).
 //
 // Cost: as visibility's on the processor. A device's walks begin anywhere, not with what is near: a
 // ray costs it more than a segment does.

@@ -38,7 +38,7 @@ void bd_segments_destroy(struct bd_gpu *gpu, struct bd_segments **segments)
 bool bd_visibility_is_native(const struct bd_visibility_inputs *inputs)
 {
     if (inputs->maps) return !inputs->maps->shadows->texels;
-    return inputs->nothing_hides || inputs->occluders->rays;
+    return inputs->nothing_hides || inputs->images || inputs->occluders->rays;
 }
 
 static enum bd_err ask_maps(const struct bd_pass_context *context,
@@ -106,6 +106,9 @@ static enum bd_err ask_processor(const struct bd_pass_context *context,
                                  uint32_t *occluded, struct bd_ray_counts *traced)
 {
     if (inputs->maps) return ask_maps(context, inputs, segments, count, occluded);
+    if (!inputs->nothing_hides && inputs->images)
+        return bd_env_rays_occluded(context, inputs->images, inputs->pool, segments, count,
+                                    occluded, traced);
     if (!inputs->nothing_hides) return ask_rays(context, inputs, segments, count, occluded, traced);
     memset(occluded, 0, (count + 31) / 32 * sizeof *occluded);
     return BD_ERR_OK;

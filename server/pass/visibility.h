@@ -2,7 +2,7 @@
 // gather; what they do with the answer is theirs. Asked of the device where the occluders lie
 // there, and of the processor otherwise: answers differ only where a segment passes within rounding
 // of a triangle's edge. Segments to VPLs may be asked of imperfect shadow maps instead, or of
-// nothing.
+// nothing; all of them of environment maps.
 //
 // Cost: a ray a segment, some 10 to 40 M a second on two cores.
 // Wald, Woop, Benthin, Johnson, Ernst 2014 (Embree).
@@ -12,6 +12,7 @@
 #ifndef BD_PASS_VISIBILITY_H
 #define BD_PASS_VISIBILITY_H
 
+#include "pass/env_rays.h"
 #include "pass/imperfect_shadows.h"
 #include "pass/occluders.h"
 #include "pass/pass.h"
@@ -22,6 +23,7 @@ struct bd_visibility_inputs {
     struct bd_pool *pool;                 // of the processor's threads
     enum bd_rays_alpha alpha;
     const struct bd_imperfect_view *maps; // NULL: rays
+    const struct bd_env_view *images;     // what rays ask instead of triangles; NULL: those
     bool nothing_hides;                   // no answer is yes
 };
 
