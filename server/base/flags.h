@@ -33,6 +33,7 @@
     X(rsm_size_reduced, false, "maps of lights are smaller than asked for")                        \
     X(ism_size_reduced, false, "imperfect shadow maps are smaller than asked for")                 \
     X(ism_shared, false, "virtual lights share imperfect shadow maps")                             \
+    X(photons_lost, false, "photons that met nothing where environment maps stand for the scene")  \
     X(subsplats_limited, false, "glossy light is coarser than asked for")                          \
     X(camera_ambiguous, false, "several cameras have the name that was asked for")                 \
     X(default_camera, false, "the scene has none: one that frames it")                             \

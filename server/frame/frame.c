@@ -62,6 +62,14 @@ static void flag_shared_maps(const struct bd_frame *frame)
                        shadows->lists[0].vpls_each);
 }
 
+static void flag_lost_photons(struct bd_frame *frame)
+{
+    const struct bd_photons *photons = frame->photons;
+    if (photons->flux_lost > 0)
+        bd_report_flag(frame->report, "photons_lost: %.3g %% of the flux",
+                       100 * photons->flux_lost / photons->flux_sent);
+}
+
 static enum bd_err run_light_side(struct bd_frame *frame)
 {
     frame->is_camera_side = false;
@@ -80,8 +88,10 @@ static enum bd_err run_light_side(struct bd_frame *frame)
         if (err) return err;
     }
     enum bd_err err = bd_stage_run(frame, BD_STAGE_LIGHT_PATHS, NULL);
+    if (!err) err = bd_stage_run(frame, BD_STAGE_ENV_MAPS, NULL);
     if (!err) err = bd_stage_run(frame, BD_STAGE_PHOTONS, NULL);
     if (err) return err;
+    if (frame->photons && frame->env_maps) flag_lost_photons(frame);
     if (bd_plan_has(frame->plan, BD_STAGE_VPL_CLUSTERS)) count_clusters(frame);
     if (!err) err = bd_stage_run(frame, BD_STAGE_VPL_ORDER, NULL);
     if (!err) err = bd_stage_run(frame, BD_STAGE_SHADOW_POINTS, NULL);

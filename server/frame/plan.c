@@ -502,8 +502,9 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
     out->caustics = (out->final_gather || out->photons) && out->glass && out->params.caustics &&
                     (out->light_count > 0 || out->emitters);
     out->flux_lm = total_flux_lm(out, scene);
-    out->rays =
-        out->indirect && (out->final_gather || out->photons || asks(out, BD_VISIBILITY_RAYS));
+    out->images = out->photons && out->params.intersections == BD_INTERSECTIONS_IMAGES;
+    out->rays = out->indirect && !out->images &&
+                (out->final_gather || out->photons || asks(out, BD_VISIBILITY_RAYS));
     out->imperfect = out->indirect && asks(out, BD_VISIBILITY_ISM);
     const bool asked = (out->rays || out->imperfect) && !out->photons;
     out->chosen = out->final_gather || (asked && out->params.rays < count_vpls(out, scene) &&

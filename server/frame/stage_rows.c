@@ -38,7 +38,7 @@ static bool is_indirect(const struct bd_plan *plan)
 
 static bool has_rays(const struct bd_plan *plan)
 {
-    return plan->rays || plan->light_paths || plan->photons || bd_plan_asks_processor(plan);
+    return plan->rays || plan->light_paths || bd_plan_asks_processor(plan);
 }
 
 static bool has_area_lights(const struct bd_plan *plan)
@@ -74,6 +74,11 @@ static bool reflects_punctuals(const struct bd_plan *plan)
 static bool has_light_paths(const struct bd_plan *plan)
 {
     return plan->light_paths;
+}
+
+static bool has_env_maps(const struct bd_plan *plan)
+{
+    return plan->images;
 }
 
 static bool has_photons(const struct bd_plan *plan)
@@ -158,6 +163,11 @@ static const char *no_light_paths(const struct bd_plan *plan)
 {
     if (!plan->area_lights || !plan->technique->indirect) return NULL;
     return "the technique has no indirect light of emitters and skies";
+}
+
+static const char *no_env_maps(const struct bd_plan *plan)
+{
+    return plan->photons ? "intersections=rays" : NULL;
 }
 
 static const char *no_photons(const struct bd_plan *plan)
@@ -270,6 +280,7 @@ OUTPUT(tree, vpl_tree)
 OUTPUT(shadow_points, shadow_points)
 OUTPUT(imperfect_shadows, imperfect_shadows)
 OUTPUT(light_paths, light_paths)
+OUTPUT(env_maps, env_maps)
 OUTPUT(photons, photons)
 OUTPUT(gbuffer, gbuffer)
 OUTPUT(direct, direct)
@@ -471,17 +482,26 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
                       PARAM(PHOTONS),
             KEEPS(light_paths, frame, light_paths, bd_run_light_paths),
         },
+    [BD_STAGE_ENV_MAPS] =
+        {
+            .pass = "env_maps",
+            .is_needed = has_env_maps,
+            .why_not = no_env_maps,
+            .reads = READS_PLACES | ASPECT(SIDES) | BD_READ_ENV_TRACING,
+            .params = PARAM(ENV_MAPS) | PARAM(ENV_MAP_SIZE),
+            KEEPS(env_maps, frame, env_maps, bd_run_env_maps),
+        },
     [BD_STAGE_PHOTONS] =
         {
             .pass = "photons",
             .is_needed = has_photons,
             .why_not = no_photons,
-            .from = STAGE(RAYS) | STAGE(EMITTERS),
+            .from = STAGE(RAYS) | STAGE(ENV_MAPS) | STAGE(EMITTERS),
             .reads = READS_PLACES | ASPECT(SIDES) | READS_BRDF | BD_READ_UNIT |
                      BD_READ_PHOTON_SEED | BD_READ_LIGHT_SHAPE | BD_READ_LIGHT_POWER,
             .glass = ASPECT(MEDIUM),
             .params = PARAM(BRDF) | PARAM(ALPHA) | PARAM(INDIRECT_BOUNCES) | PARAM(CAUSTICS) |
-                      PARAM(PHOTONS) | PARAM(PHOTON_RADIUS),
+                      PARAM(PHOTONS) | PARAM(PHOTON_RADIUS) | PARAM(PAPER_MODE),
             KEEPS(photons, frame, photons, bd_run_photons),
         },
     [BD_STAGE_VPL_ORDER] =
@@ -543,7 +563,7 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
             .of = BD_STAGE_OF_WHOLE,
             .is_needed = is_indirect,
             .why_not = no_indirect,
-            .from = STAGE(SEEN) | STAGES_OF_VPLS | STAGE(PHOTONS) | STAGE(FRAGMENTS) |
+            .from = STAGE(SEEN) | STAGES_OF_VPLS | STAGE(ENV_MAPS) | STAGE(PHOTONS) | STAGE(FRAGMENTS) |
                     STAGE(SURFACES) | STAGE(RAYS) | STAGE(IMPERFECT_SHADOWS) | STAGES_OF_SCREEN,
             .reads = BD_READ_SEED,
             .glossy = READS_BRDF,
@@ -721,6 +741,10 @@ static uint64_t key_reads(uint64_t key, const struct bd_subject *subject, uint32
     if (reads & BD_READ_LIGHT_SEED) key = key_seed(key, subject);
     if (reads & BD_READ_PHOTON_SEED && (plan->final_gather || plan->photons))
         key = key_seed(key, subject);
+    const uint32_t side_px = plan->params.env_map_size;
+    if (reads & BD_READ_ENV_TRACING)
+        key = bd_key_number(key, (uint64_t)bd_plan_traces(plan, bd_env_map_texels(side_px)) << 1 |
+                                     bd_plan_traces(plan, BD_ENV_CHOICE_TEXELS));
     if (reads & BD_READ_FALLEN) key = bd_key_number(key, subject->plan->from_screen);
     if (reads & BD_READ_ALONE) key = bd_key_number(key, subject->alone);
     if (reads & BD_READ_PATH_COUNT)

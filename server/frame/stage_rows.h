@@ -34,6 +34,7 @@
     X(VPL_CLUSTERS, vpl_clusters)                                                                  \
     X(VPL_TREE, vpl_tree)                                                                          \
     X(LIGHT_PATHS, light_paths) /* from emitters and the sky */                                    \
+    X(ENV_MAPS, env_maps)                                                                          \
     X(PHOTONS, photons)                                                                            \
     X(VPL_ORDER, vpl_order) /* of all lights */                                                    \
     X(SHADOW_POINTS, shadow_points)                                                                \
@@ -71,9 +72,10 @@ enum bd_stage_read {
     BD_READ_SHADOW_TRACING = 1024u << BD_ASPECT_COUNT,
     BD_READ_RSM_TRACING = 2048u << BD_ASPECT_COUNT,
     BD_READ_CLUSTERS_MOST = 4096u << BD_ASPECT_COUNT,
-    BD_READ_PHOTON_SEED = 8192u << BD_ASPECT_COUNT, // of photons, for a final gather
-    BD_READ_ALONE = 16384u << BD_ASPECT_COUNT,      // whether there are other sub-frames
-    BD_READ_FALLEN = 32768u << BD_ASPECT_COUNT,     // whether irradiance is asked for, too
+    BD_READ_PHOTON_SEED = 8192u << BD_ASPECT_COUNT,  // of photons, for a final gather
+    BD_READ_ALONE = 16384u << BD_ASPECT_COUNT,       // whether there are other sub-frames
+    BD_READ_FALLEN = 32768u << BD_ASPECT_COUNT,      // whether irradiance is asked for, too
+    BD_READ_ENV_TRACING = 65536u << BD_ASPECT_COUNT, // in environment maps, as above
 };
 
 struct bd_frame;

@@ -13,6 +13,7 @@
 #include "pass/area_direct.h"
 #include "pass/composite.h"
 #include "pass/direct.h"
+#include "pass/env_maps.h"
 #include "pass/first_light.h"
 #include "pass/fragments.h"
 #include "pass/gather.h"
@@ -65,6 +66,7 @@ struct bd_frame {
     struct bd_area_lights *emitters;    // and the sky
     struct bd_punctual_tree *lamps;     // that have no maps
     struct bd_light_paths *light_paths; // from them
+    struct bd_env_maps *env_maps;       // instead of triangles
     struct bd_photons *photons;         // from them, and from lamps that have maps
     struct bd_vpl_list *order;          // the VPLs of all lights
     struct bd_shadow_points *shadow_points;

@@ -184,6 +184,7 @@ static enum bd_err with_inputs(struct bd_frame *frame,
         .bias = (float)frame->plan->params.ism_bias,
         .filled = frame->plan->params.ism_holes,
     };
+    const struct bd_env_view images = {frame->env_maps, frame->plan->params.paper_mode};
     struct bd_light_uniform *punctuals =
         frame->plan->final_gather || frame->plan->photons ? bd_stage_punctuals(frame) : NULL;
     const struct bd_first_light first_light = {
@@ -207,6 +208,7 @@ static enum bd_err with_inputs(struct bd_frame *frame,
         .snapshot = frame->snapshot,
         .occluders = frame->plan->rays ? frame->occluders : NULL,
         .maps = maps.shadows ? &maps : NULL,
+        .images = images.maps ? &images : NULL,
         .pool = frame->renderer->pool,
         .chosen = frame->plan->chosen,
         .filtered = frame->plan->filtered,

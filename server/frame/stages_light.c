@@ -206,11 +206,30 @@ enum bd_err bd_run_light_paths(struct bd_frame *frame, struct bd_frame_light *li
     return err;
 }
 
+enum bd_err bd_run_env_maps(struct bd_frame *frame, struct bd_frame_light *light)
+{
+    (void)light;
+    const struct bd_params *params = &frame->plan->params;
+    const struct bd_processor processor = {bd_renderer_pool(frame->renderer), NULL};
+    struct bd_pass_context context = frame->context;
+    const struct bd_env_maps_inputs inputs = {
+        .scene = frame->scene,
+        .snapshot = frame->snapshot,
+        .tracer = bd_stage_tracer(frame, bd_env_map_texels(params->env_map_size)),
+        .choice_tracer = bd_stage_tracer(frame, BD_ENV_CHOICE_TEXELS),
+        .count = params->env_maps,
+        .side_px = params->env_map_size,
+    };
+    context.processor = &processor;
+    return bd_env_maps_run(&context, &inputs, &frame->env_maps, frame->detail);
+}
+
 enum bd_err bd_run_photons(struct bd_frame *frame, struct bd_frame_light *light)
 {
     (void)light;
     const struct bd_plan *plan = frame->plan;
     struct bd_light_uniform *punctuals = bd_stage_punctuals(frame);
+    const struct bd_env_view images = {frame->env_maps, plan->params.paper_mode};
     const struct bd_photons_inputs inputs = {
         .scene = frame->scene,
         .snapshot = frame->snapshot,
@@ -224,6 +243,7 @@ enum bd_err bd_run_photons(struct bd_frame *frame, struct bd_frame_light *light)
         .glass = plan->glass,
         .caustics = plan->caustics,
         .radius_m = plan->params.photon_radius_m,
+        .images = frame->env_maps ? &images : NULL,
         .seed = frame->subject.seed,
     };
     const enum bd_err err =

@@ -60,6 +60,7 @@ struct paths {
     // All that are kept: one of `every` that land, so many times as bright.
     struct bd_photon *landed;
     uint32_t landed_count, landed_room, every, passed_by;
+    struct bd_photon_account account;
     struct bd_err_detail *detail;
 };
 
@@ -195,6 +196,8 @@ static enum bd_err close_ranks(struct paths *p)
     uint32_t left = 0;
     for (uint32_t i = 0; !err && i < p->at_once; i++) {
         if (p->lands[i]) err = keep(p, &p->landing[i]);
+        if (p->met[i].triangle == BD_NO_TRIANGLE)
+            p->account.lost += strongest_channel(p->photons[i].flux);
         if (!p->goes_on[i]) continue;
         p->rays[left] = p->rays[i];
         p->photons[left++] = p->photons[i];
@@ -236,6 +239,7 @@ static enum bd_err set_out(struct paths *p, struct bd_ray ray, f3 flux, float in
     const float at_first = strongest_channel(flux);
     const uint32_t number = p->sent_count++;
     if (!(at_first > 0)) return BD_ERR_OK;
+    p->account.sent += at_first;
     p->rays[p->at_once] = ray;
     p->photons[p->at_once] = (struct photon){flux, at_first, inverse_range, number, is_of_lamp};
     return ++p->at_once == AT_ONCE ? let_fly(p) : BD_ERR_OK;
@@ -369,7 +373,8 @@ static enum bd_err make_room(struct paths *p)
 
 enum bd_err bd_photon_paths_run(const struct bd_pass_context *context,
                                 const struct bd_photon_paths_inputs *inputs,
-                                struct bd_photon_map **out, struct bd_err_detail *detail)
+                                struct bd_photon_map **out, struct bd_photon_account *account,
+                                struct bd_err_detail *detail)
 {
     struct paths p = {.context = *context, .inputs = inputs, .every = 1, .detail = detail};
     *out = NULL;
@@ -378,6 +383,7 @@ enum bd_err bd_photon_paths_run(const struct bd_pass_context *context,
     if (!err) err = shine_all(&p);
     if (!err) err = make_map(&p, out);
     bd_surface_hits_finish(&p.hits);
+    *account = p.account;
     void *arrays[] = {p.rays,    p.photons, p.met,     p.landing, p.lands,
                       p.goes_on, p.ways,    p.numbers, p.landed};
     for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++) free(arrays[i]);

@@ -39,10 +39,16 @@ struct bd_photon_paths_inputs {
     uint64_t seed;
 };
 
+// Flux, of the strongest channels: that set out; that ended where nothing was met.
+struct bd_photon_account {
+    double sent, lost;
+};
+
 // A map of those that land.
 BD_MUST_CHECK
 enum bd_err bd_photon_paths_run(const struct bd_pass_context *context,
                                 const struct bd_photon_paths_inputs *inputs,
-                                struct bd_photon_map **out, struct bd_err_detail *detail);
+                                struct bd_photon_map **out, struct bd_photon_account *account,
+                                struct bd_err_detail *detail);
 
 #endif

@@ -11,9 +11,11 @@ static enum bd_err send_all(const struct bd_pass_context *context,
                             struct bd_err_detail *detail)
 {
     const struct bd_render_space *space = &in->scene->space;
+    struct bd_visibility_inputs visibility = in->visibility;
+    visibility.images = in->images;
     const struct bd_photon_paths_inputs paths = {
         .snapshot = in->snapshot,
-        .visibility = &in->visibility,
+        .visibility = &visibility,
         .punctuals = in->punctuals,
         .punctual_count = in->punctual_count,
         .lights = in->lights,
@@ -26,16 +28,22 @@ static enum bd_err send_all(const struct bd_pass_context *context,
         .radius = (float)(in->radius_m * space->render_per_m),
         .seed = in->seed,
     };
-    return bd_photon_paths_run(context, &paths, &out->global, detail);
+    struct bd_photon_account account;
+    const enum bd_err err = bd_photon_paths_run(context, &paths, &out->global, &account, detail);
+    out->flux_sent = account.sent;
+    out->flux_lost = account.lost;
+    return err;
 }
 
 static enum bd_err send_through_glass(const struct bd_pass_context *context,
                                       const struct bd_photons_inputs *in, struct bd_photons *out,
                                       struct bd_err_detail *detail)
 {
+    struct bd_visibility_inputs visibility = in->visibility;
+    visibility.images = in->images;
     const struct bd_caustic_photons_inputs caustics = {
         .snapshot = in->snapshot,
-        .visibility = &in->visibility,
+        .visibility = &visibility,
         .punctuals = in->punctuals,
         .punctual_count = in->punctual_count,
         .emitters = in->lights && in->lights->count > 0 ? in->lights : NULL,

@@ -21,6 +21,7 @@ struct bd_photons_inputs {
     const struct bd_gpu_scene *scene;
     const struct bd_scene *snapshot;
     struct bd_visibility_inputs visibility;
+    const struct bd_env_view *images;         // that rays ask instead; NULL: triangles
     const struct bd_light_uniform *punctuals; // render space, frame's unit
     uint32_t punctual_count;
     const struct bd_area_lights *lights; // and the sky; NULL: none
@@ -36,6 +37,7 @@ struct bd_photons_inputs {
 struct bd_photons {
     struct bd_photon_map *global;
     struct bd_photon_map *caustics; // NULL: not asked for, or nobody sends any
+    double flux_sent, flux_lost;    // of the former; what met nothing, in the end
 };
 
 BD_MUST_CHECK

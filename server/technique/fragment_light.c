@@ -162,6 +162,9 @@ static enum bd_err upsample(const struct bd_pass_context *context,
                             const struct bd_technique_inputs *inputs, const struct lit *lit,
                             struct bd_indirect **out, struct bd_err_detail *detail)
 {
+    enum bd_surface_detail shown = (enum bd_surface_detail)inputs->params->surface_detail;
+    if (!lit->light->coarse_vector && shown == BD_SURFACE_DETAIL_DIRECTION)
+        shown = BD_SURFACE_DETAIL_OFF;
     const struct bd_upsample_inputs upsample = {
         .scene = inputs->scene,
         .viewpoint = inputs->viewpoint,
@@ -171,9 +174,8 @@ static enum bd_err upsample(const struct bd_pass_context *context,
         .part_count = lit->part_count,
         .surfaces = inputs->made.surfaces,
         .light = lit->light,
-        .detail = (enum bd_surface_detail)inputs->params->surface_detail,
-        .keep_vector =
-            inputs->normal_maps && inputs->params->surface_detail == BD_SURFACE_DETAIL_DIRECTION,
+        .detail = shown,
+        .keep_vector = inputs->normal_maps && shown == BD_SURFACE_DETAIL_DIRECTION,
     };
     bd_gpu_pass_begin(context->gpu, "upsample");
     enum bd_err err = bd_upsample_run(context, &upsample, out, detail);

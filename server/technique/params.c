@@ -210,6 +210,12 @@ static const struct param_row table[BD_PARAM_COUNT] = {
           "that lamps send to glass, and of technique photon as many that all lights send"),
     REAL(PHOTON_RADIUS, "photon_radius", photon_radius_m, 0, 1e6, 0,
          "over which photons are told, metres; 0: by how dense they are"),
+    CHOICE(INTERSECTIONS, "intersections", intersections, 0,
+           "what photons meet: triangles, or what environment maps show", "rays", "images"),
+    COUNT(ENV_MAPS, "env_maps", env_maps, 1, BD_ENV_MAPS_MAX, 8,
+          "environment maps, at most: fewer where more show no more"),
+    COUNT(ENV_MAP_SIZE, "env_map_size", env_map_size, BD_ENV_MAP_SIDE_MIN, BD_ENV_MAP_SIDE_MAX, 256,
+          "texels along a side of an environment map's face"),
 };
 
 // Other words for choices. They are read, and never written.
@@ -267,6 +273,7 @@ static void set_as_printed(struct bd_params *params)
 {
     params->light_rays = 0;
     params->residual = BD_RESIDUAL_SCREEN;
+    params->intersections = BD_INTERSECTIONS_IMAGES;
     params->residual_threshold = 0.08;
     params->residual_edge_threshold = 0.04;
 }

@@ -112,6 +112,10 @@ enum bd_param {
     BD_PARAM_CAUSTICS,
     BD_PARAM_PHOTONS,
     BD_PARAM_PHOTON_RADIUS,
+    // Of what photons' rays are asked of (pass/env_maps.h).
+    BD_PARAM_INTERSECTIONS,
+    BD_PARAM_ENV_MAPS,
+    BD_PARAM_ENV_MAP_SIZE,
     BD_PARAM_COUNT,
 };
 
@@ -129,6 +133,9 @@ enum bd_lamps_by { BD_LAMPS_AUTO, BD_LAMPS_MAPS, BD_LAMPS_RAYS };
 
 // Whether each sub-frame has its own indirect light, or the first one's.
 enum bd_sub_frames { BD_SUB_FRAMES_SHARED, BD_SUB_FRAMES_OWN };
+
+// What rays are asked of.
+enum bd_intersections { BD_INTERSECTIONS_RAYS, BD_INTERSECTIONS_IMAGES };
 
 // Who gives back what a clamp takes off.
 enum bd_residual { BD_RESIDUAL_SCREEN, BD_RESIDUAL_RAYS, BD_RESIDUAL_BOTH };
@@ -191,6 +198,8 @@ struct bd_params {
     uint32_t caustics; // 0 = off, 1 = auto: where there is glass
     uint32_t photons;
     double photon_radius_m; // 0 = by their density
+    uint32_t intersections; // enum bd_intersections
+    uint32_t env_maps, env_map_size;
 };
 
 // Of what a clamp takes off, of techniques that read `residual`: whether the picture gives it back,

@@ -15,7 +15,6 @@
 #include "pass/gloss.h"
 #include "pass/photon_density.h"
 #include "pass/photons.h"
-#include "pass/upsample.h"
 #include "technique/far_light.h"
 #include "technique/fragment_light.h"
 #include "technique/technique.h"
@@ -124,6 +123,9 @@ static enum bd_err light(const struct bd_pass_context *context,
     return err;
 }
 
+// Photons tell no directions for normal maps.
+#define BLOCKS (BD_READS_FRAGMENTS & ~BD_READS(BD_PARAM_SURFACE_DETAIL))
+
 static const struct bd_technique_pass passes[] = {
     {"density", 0},
     {"upsample", 0},
@@ -136,7 +138,6 @@ static const struct bd_param_default defaults[] = {
     {BD_PARAM_DEPTH_TEST, BD_DEPTH_TEST_STEP},
     {BD_PARAM_DEPTH_THRESHOLD, 0.01},
     {BD_PARAM_FINEST, 1}, // 2 pixels
-    {BD_PARAM_SURFACE_DETAIL, BD_SURFACE_DETAIL_OFF},
     {BD_PARAM_INDIRECT_BOUNCES, 64},
     {BD_PARAM_ALPHA, BD_RAYS_ALPHA_MASK},
     {BD_PARAM_PHOTONS, 1 << 17},
@@ -161,11 +162,12 @@ const struct bd_technique bd_technique_photon = {
               .indirect_lights = BD_LIGHTS_ALL},
     .inputs = BD_INPUT_PHOTONS | BD_INPUT_FRAGMENTS,
     .passes = passes,
-    .params_read = BD_READS_DIRECT | BD_READS(BD_PARAM_ALPHA) | BD_READS_LIGHT_PATHS |
-                   BD_READS_FRAGMENTS | BD_READS(BD_PARAM_FAR_RAYS) |
-                   BD_READS(BD_PARAM_SUB_FRAMES) | BD_READS(BD_PARAM_NOISE_FILTER) |
-                   BD_READS(BD_PARAM_PAPER_MODE) | BD_READS_CAUSTICS |
-                   BD_READS(BD_PARAM_PHOTON_RADIUS),
+    .params_read = BD_READS_DIRECT | BD_READS(BD_PARAM_ALPHA) | BD_READS_LIGHT_PATHS | BLOCKS |
+                   BD_READS(BD_PARAM_FAR_RAYS) | BD_READS(BD_PARAM_SUB_FRAMES) |
+                   BD_READS(BD_PARAM_NOISE_FILTER) | BD_READS(BD_PARAM_PAPER_MODE) |
+                   BD_READS_CAUSTICS | BD_READS(BD_PARAM_PHOTON_RADIUS) |
+                   BD_READS(BD_PARAM_INTERSECTIONS) | BD_READS(BD_PARAM_ENV_MAPS) |
+                   BD_READS(BD_PARAM_ENV_MAP_SIZE),
     .defaults = defaults,
     .default_count = sizeof defaults / sizeof *defaults,
     .tolerance = {.direct = 1e-3, .indirect = 5e-2}, // blur at edges, noise of few photons

@@ -133,6 +133,7 @@ struct bd_technique_inputs {
     const struct bd_scene *snapshot;
     const struct bd_occluders *occluders; // indirect_visibility=rays, a final gather's, photons'
     const struct bd_imperfect_view *maps; // indirect_visibility=ism
+    const struct bd_env_view *images;     // intersections=images, for all of its rays
     struct bd_pool *pool;                 // for either
     bool chosen;                          // there are fewer rays than VPLs
     bool filtered;                        // what they leave noisy
@@ -235,6 +236,7 @@ bd_technique_visibility(const struct bd_technique_inputs *inputs)
 {
     return (struct bd_visibility_inputs){.occluders = inputs->occluders,
                                          .pool = inputs->pool,
+                                         .images = inputs->images,
                                          .alpha =
                                              (enum bd_rays_alpha)inputs->params->alpha_coverage};
 }
