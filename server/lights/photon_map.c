@@ -8,9 +8,12 @@
 
 #define OFF_PLANE   4.0f // as far as that along it
 #define FACES_ALIKE 0.7f
-// Of a disk, what surfaces are at least, and at most where they bend: few points tell it.
+// Of a disk, what surfaces are at least. What is nearly all of it is all of it: points are few, and
+// of a surface that lies close over another, which gets no light, both have some.
 #define PART_LEAST 0.05f
-#define PART_MOST  1.5f
+// That a whole disk has at least, for them to say anything.
+#define POINTS_LEAST 32
+#define PART_NEARLY  0.94f
 
 struct bd_photon_map {
     struct bd_point_tree tree, surfaces;
@@ -172,11 +175,12 @@ static float area_of(const struct bd_photon_map *map, const struct sum *disk)
 {
     const float whole = 0.5f * F_PI * disk->within2;
     struct sum there = *disk;
-    if (map->surfaces.count == 0) return whole;
+    if (!(POINTS_LEAST * map->surfaces.area < whole) || map->surfaces.count == 0) return whole;
     there.flux = NULL;
     there.weight = 0;
     bd_point_tree_each(&map->surfaces, disk->disk->position, &there.within2, add, &there);
-    return f_min(f_max(there.weight * map->surfaces.area, PART_LEAST * whole), PART_MOST * whole);
+    const float part = f_max(there.weight * map->surfaces.area / whole, PART_LEAST);
+    return whole * f_min(part + f_max(part - PART_NEARLY, 0), 1);
 }
 
 // The disk's radius, squared.

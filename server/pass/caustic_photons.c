@@ -10,6 +10,7 @@
 #include "lights/sequence.h"
 #include "lights/surface_hits.h"
 #include "pass/f3_arrays.h"
+#include "pass/landed.h"
 #include "pass/nearest.h"
 #include "pass/onward.h"
 #include "pass/receivers.h"
@@ -416,10 +417,9 @@ static enum bd_err run(struct caustics *c, struct bd_photon_map **out)
         err = let_fly(c);
     }
     if (err) return err;
-    bd_slicer_work(c->context.slicer, "photon map");
     const struct bd_photon_map_how how = {.reach = REACH * (float)c->hits.space.radius};
-    return bd_photon_map_create(c->landed, c->landed_count, &how, bd_slicer_pause,
-                                c->context.slicer, out, c->detail);
+    return bd_landed_map(&c->context, c->inputs->snapshot, c->landed, c->landed_count, &how, out,
+                         c->detail);
 }
 
 enum bd_err bd_caustic_photons_run(const struct bd_pass_context *context,

@@ -8,6 +8,7 @@
 #include "lights/reflection.h"
 #include "lights/sequence.h"
 #include "pass/emitter_photons.h"
+#include "pass/landed.h"
 #include "pass/nearest.h"
 #include "pass/onward.h"
 #include "pass/punctual_photons.h"
@@ -24,8 +25,6 @@
 // (Silverman 1986: the fourth part of their logarithm less than the third).
 #define NEAR_LEAST  128.0
 #define NEAR_FACTOR 0.25
-// Points that tell where surfaces end, for each photon, at least and at most.
-#define EDGE_POINTS_LEAST 16384u
 // Numbers that nobody else of a frame draws by its seed; with the round, of each purpose 64.
 #define OF_PUNCTUALS 0x70756e63u
 #define OF_EMITTERS  0x70656d69u
@@ -331,24 +330,11 @@ static uint32_t near_of(uint32_t count)
 
 static enum bd_err make_map(struct paths *p, struct bd_photon_map **out)
 {
-    const struct bd_photon_paths_inputs *in = p->inputs;
-    const uint32_t count =
-        p->landed_count > EDGE_POINTS_LEAST ? p->landed_count : EDGE_POINTS_LEAST;
-    struct bd_surface_points points = {0};
-    struct bd_photon_map_how how = {.reach = REACH * (float)p->hits.space.radius,
-                                    .near = near_of(p->landed_count),
-                                    .radius = in->radius,
-                                    .surfaces = &points};
-    bd_slicer_work(p->context.slicer, "surface points");
-    enum bd_err err = bd_surface_points_init(
-        &points, in->snapshot, count < BD_SURFACE_POINTS_MAX ? count : BD_SURFACE_POINTS_MAX,
-        BD_SENDS_LAMBERT, bd_slicer_pause, p->context.slicer, p->detail);
-    bd_slicer_work(p->context.slicer, "photon map");
-    if (!err)
-        err = bd_photon_map_create(p->landed, p->landed_count, &how, bd_slicer_pause,
-                                   p->context.slicer, out, p->detail);
-    bd_surface_points_finish(&points);
-    return err;
+    const struct bd_photon_map_how how = {.reach = REACH * (float)p->hits.space.radius,
+                                          .near = near_of(p->landed_count),
+                                          .radius = p->inputs->radius};
+    return bd_landed_map(&p->context, p->inputs->snapshot, p->landed, p->landed_count, &how, out,
+                         p->detail);
 }
 
 static enum bd_err make_room(struct paths *p)

@@ -1,0 +1,134 @@
+"""Technique `photon`, with the real renderer: against the reference and itself, in triangles and in environment maps."""
+import bounced
+import numpy
+import pytest
+from conftest import SCENES
+
+SIZE = (48, 48)
+IMAGES = {"intersections": "images"}
+FEW = {"photons": 16384, **IMAGES}
+
+
+@pytest.fixture(scope="module")
+def client():
+    with bounced.private() as client:
+        yield client
+
+
+@pytest.fixture
+def box(client):
+    scene = client.scenes.add(SCENES / "cornell.glb")
+    yield scene
+
+
+def frame_of(scene, technique="photon", layer="indirect", fresh=None, **parameters):
+    return scene.render(size=SIZE, technique=technique, layers=[layer], fresh=fresh, parameters=parameters)
+
+
+def light(frame, layer="indirect"):
+    return frame.layers[layer][..., :3].astype(float)
+
+
+def off(picture, truth):
+    """Mean over the picture, so that an edge's few pixels say no more than they are."""
+    return float(numpy.abs(picture - truth).mean() / truth.mean())
+
+
+def state(frame, name):
+    return [entry["state"] for entry in frame.report["passes"] if entry["name"] == name]
+
+
+def reason(frame, name):
+    return [entry["reason"] for entry in frame.report["omitted"] if entry["pass"] == name]
+
+
+@pytest.fixture(scope="module")
+def truth(client):
+    scene = client.scenes.add(SCENES / "cornell.glb")
+    yield light(frame_of(scene, "reference", spp=1024))
+
+
+def test_it_goes_to_the_truth_as_photons_grow(box, truth):
+    errors = [off(light(frame_of(box, photons=count, finest=1, coarsest=48, depth_threshold=0, normal_threshold=0)), truth)
+              for count in (4096, 32768, 262144)]
+    assert errors[0] > 1.4 * errors[1] > 1.4 ** 2 * errors[2] and errors[2] < .065, errors
+    mean = light(frame_of(box, photons=262144)).mean()
+    assert mean == pytest.approx(truth.mean(), rel=.02)
+
+
+def test_maps_show_what_triangles_are(box, truth):
+    rays, images = frame_of(box, photons=65536), frame_of(box, photons=65536, **IMAGES)
+    printed = frame_of(box, photons=65536, paper_mode=1, light_rays=16)
+    assert state(images, "env_maps") == ["ran"] and reason(rays, "env_maps") == ["intersections=rays"]
+    assert any(flag.startswith("photons_lost: ") for flag in images.report["flags"])
+    assert not any("photons_lost" in flag for flag in rays.report["flags"])
+    assert light(images).mean() == pytest.approx(light(rays).mean(), rel=.03)
+    assert off(light(images), truth) < off(light(printed), truth) and off(light(images), truth) < .1
+    many = frame_of(box, photons=65536, env_maps=16, env_map_size=512, **IMAGES)
+    assert abs(light(many).mean() / light(rays).mean() - 1) < .02
+
+
+def test_no_structure_is_built_where_maps_answer(box):
+    assert state(frame_of(box, light_rays=0, fresh="all", **FEW), "bvh") == []
+    assert state(frame_of(box, light_rays=0, fresh="all"), "bvh") == ["ran"]
+
+
+def test_what_changes_is_made_anew(box):
+    """Pictures after edits are those of a daemon that saw nothing else, and maps stay where nothing moved."""
+    first = frame_of(box, **FEW)
+    with box.edit() as edit:
+        edit.set_material(box.objects("material")[0]["id"], base_color=(.9, .2, .2, 1))
+    coloured = frame_of(box, **FEW)
+    assert state(coloured, "env_maps") == ["reused"] and state(coloured, "photons") == ["ran"]
+    with box.edit() as edit:
+        edit.set_node(box.objects("node")[0]["id"], translation=(.02, 0, 0))
+    moved = frame_of(box, **FEW)
+    assert state(moved, "env_maps") == ["ran"]
+    for frame in (coloured, moved):
+        assert not numpy.array_equal(light(first), light(frame))
+    assert numpy.array_equal(light(moved), light(frame_of(box, fresh="all", **FEW)))
+
+
+def test_other_seeds_are_other_photons(box):
+    pictures = [light(box.render(size=SIZE, technique="photon", layers=["indirect"], seed=seed, fresh="all")) for seed in (0, 0, 1)]
+    assert numpy.array_equal(pictures[0], pictures[1]) and not numpy.array_equal(pictures[0], pictures[2])
+    assert off(pictures[2], pictures[0]) < .1
+
+
+def test_a_radius_smooths(box):
+    """From one pixel to the next, over all of the picture."""
+    steps = [numpy.abs(numpy.diff(light(frame_of(box, photons=65536, photon_radius=radius, finest=1)), axis=1)).mean() for radius in (.03, .3)]
+    assert steps[0] > 2 * steps[1]
+
+
+def test_a_wall_on_the_floor_keeps_light_out(box):
+    """A thin wall across the box: what is behind it as dark as with the reference."""
+    with box.edit() as edit:
+        grey = edit.add_material(double_sided=True, base_color=(.5, .5, .5, 1))
+        wall = numpy.array([[-2, -.1, -.3], [2, -.1, -.3], [2, 1.2, -.3], [-2, 1.2, -.3]], float)
+        mesh = edit.add_mesh(bounced.Primitive(wall, [[0, 1, 2], [0, 2, 3]], material=grey))
+        edit.add_node(mesh=mesh)
+    own, reference = light(frame_of(box, photons=65536)), light(frame_of(box, "reference", spp=256))
+    assert off(own, reference) < .12
+
+
+def test_lights_of_all_kinds(box):
+    """A sky and a bright material: as many_light has them, beside the lamp."""
+    with box.edit() as edit:
+        edit.set_environment(radiance=(.3, .4, .6))
+        edit.set_material(box.objects("material")[1]["id"], emissive=(.5, .4, .1))
+    own, other = (light(frame_of(box, technique, layer="beauty"), "beauty") for technique in ("photon", "many_light"))
+    assert own.mean() == pytest.approx(other.mean(), rel=.03)
+
+
+def test_glass_is_passed_once(box):
+    """Caustic photons and the others share no path: with glass over the lamp's floor sums agree with many_light's."""
+    with box.edit() as edit:
+        glass = edit.add_material(base_color=(1, 1, 1, 1), roughness=0, metallic=0, transmission=1)
+        pane = numpy.array([[-.6, .9, -.6], [-.6, .9, .6], [.6, .9, .6], [.6, .9, -.6]], float)
+        mesh = edit.add_mesh(bounced.Primitive(pane, [[0, 1, 2], [0, 2, 3]], material=glass))
+        edit.add_node(mesh=mesh)
+    own, blurred, other = (light(frame_of(box, **asked)) for asked in
+                           ({"photons": 262144}, {"photons": 262144, "caustics": "off"}, {"technique": "many_light", "photons": 262144}))
+    assert own.mean() == pytest.approx(other.mean(), rel=.02)
+    assert own.mean() == pytest.approx(blurred.mean(), rel=.07)
