@@ -4,7 +4,7 @@
 
 #include "base/assert.h"
 #include "lights/directions.h"
-#include "lights/point_tree.h"
+#include "lights/facing_trees.h"
 
 #define OFF_PLANE   4.0f // as far as that along it
 #define FACES_ALIKE 0.7f
@@ -13,10 +13,14 @@
 #define PART_LEAST 0.05f
 // That a whole disk has at least, for them to say anything.
 #define POINTS_LEAST 32
-#define PART_NEARLY  0.94f
+// More tell no more: fewer of them are asked.
+#define POINTS_MOST 512
+#define PART_NEARLY 0.94f
 
 struct bd_photon_map {
-    struct bd_point_tree tree, surfaces;
+    struct bd_facing_trees tree;
+    struct bd_facing_trees
+        surfaces[BD_EDGE_LEVELS]; // all points, and fewer and fewer for large disks
     f3 *flux;
     struct bd_photon_map_how how;
 };
@@ -36,7 +40,7 @@ static enum bd_err plant(struct bd_photon_map *map, const struct bd_photon *phot
             (struct bd_surface_point){.position = photons[i].position, .normal = photons[i].normal};
         map->flux[i] = photons[i].flux;
     }
-    if (!err) err = bd_point_tree_init(&map->tree, &points, pause, user, detail);
+    if (!err) err = bd_facing_trees_init(&map->tree, &points, pause, user, detail);
     free(points.points);
     return err;
 }
@@ -54,8 +58,8 @@ enum bd_err bd_photon_map_create(const struct bd_photon *photons, uint32_t count
     map->how.surfaces = NULL; // the caller's
     map->tree.count = count;
     enum bd_err err = plant(map, photons, pause, user, detail);
-    if (!err && how->surfaces)
-        err = bd_point_tree_init(&map->surfaces, how->surfaces, pause, user, detail);
+    for (uint32_t l = 0; !err && how->surfaces && l < BD_EDGE_LEVELS; l++)
+        err = bd_facing_trees_init(&map->surfaces[l], &how->surfaces[l], pause, user, detail);
     if (err) bd_photon_map_destroy(out);
     return err;
 }
@@ -63,8 +67,8 @@ enum bd_err bd_photon_map_create(const struct bd_photon *photons, uint32_t count
 void bd_photon_map_destroy(struct bd_photon_map **map)
 {
     if (!*map) return;
-    bd_point_tree_finish(&(*map)->tree);
-    bd_point_tree_finish(&(*map)->surfaces);
+    bd_facing_trees_finish(&(*map)->tree);
+    for (uint32_t l = 0; l < BD_EDGE_LEVELS; l++) bd_facing_trees_finish(&(*map)->surfaces[l]);
     free((*map)->flux);
     free(*map);
     *map = NULL;
@@ -72,8 +76,9 @@ void bd_photon_map_destroy(struct bd_photon_map **map)
 
 uint64_t bd_photon_map_bytes(const struct bd_photon_map *map)
 {
-    return sizeof *map + map->tree.count * (sizeof *map->tree.nodes + sizeof *map->flux) +
-           map->surfaces.count * sizeof *map->surfaces.nodes;
+    uint64_t bytes = sizeof *map + map->tree.count * sizeof *map->flux;
+    for (uint32_t l = 0; l < BD_EDGE_LEVELS; l++) bytes += bd_facing_trees_bytes(&map->surfaces[l]);
+    return bytes + bd_facing_trees_bytes(&map->tree);
 }
 
 // --- a place ------------------------------------------------------------------------------------
@@ -121,15 +126,15 @@ static bool is_near(const struct bd_point_node *node, f3 position, f3 normal, fl
     return *distance2 < within2 && f3_dot(node->normal, normal) >= FACES_ALIKE;
 }
 
-static void consider(void *user, const struct bd_point_node *node)
+static void consider(void *user, const struct bd_point_node *node, uint32_t number)
 {
     struct search *s = user;
     float distance2;
     if (!is_near(node, s->position, s->normal, s->within2, &distance2)) return;
     if (s->count < BD_PHOTONS_NEAR)
-        sift_up(s, s->count++, node->point, distance2);
+        sift_up(s, s->count++, number, distance2);
     else
-        sift_down(s, node->point, distance2);
+        sift_down(s, number, distance2);
     if (s->count == BD_PHOTONS_NEAR) s->within2 = s->distance2[0];
 }
 
@@ -159,14 +164,14 @@ static bool is_cut_off(const struct sum *s, f3 position)
     return is_behind(&s->cuts[before], position) || is_behind(&s->cuts[after], position);
 }
 
-static void add(void *user, const struct bd_point_node *node)
+static void add(void *user, const struct bd_point_node *node, uint32_t number)
 {
     struct sum *s = user;
     float distance2;
     if (!is_near(node, s->disk->position, s->disk->normal, s->within2, &distance2)) return;
     if (s->cuts && is_cut_off(s, node->position)) return;
     const float weight = 1 - distance2 / s->within2;
-    if (s->flux) s->irradiance = f3_add(s->irradiance, f3_scale(s->flux[node->point], weight));
+    if (s->flux) s->irradiance = f3_add(s->irradiance, f3_scale(s->flux[number], weight));
     s->weight += weight;
 }
 
@@ -174,12 +179,16 @@ static void add(void *user, const struct bd_point_node *node)
 static float area_of(const struct bd_photon_map *map, const struct sum *disk)
 {
     const float whole = 0.5f * F_PI * disk->within2;
+    const struct bd_facing_trees *surfaces = map->surfaces;
     struct sum there = *disk;
-    if (!(POINTS_LEAST * map->surfaces.area < whole) || map->surfaces.count == 0) return whole;
+    if (surfaces->count == 0 || !(POINTS_LEAST * surfaces->area < whole)) return whole;
+    while (surfaces + 1 < map->surfaces + BD_EDGE_LEVELS && POINTS_MOST * surfaces->area < whole)
+        surfaces++;
     there.flux = NULL;
     there.weight = 0;
-    bd_point_tree_each(&map->surfaces, disk->disk->position, &there.within2, add, &there);
-    const float part = f_max(there.weight * map->surfaces.area / whole, PART_LEAST);
+    bd_facing_trees_each(surfaces, disk->disk->position, disk->disk->normal, FACES_ALIKE,
+                         &there.within2, add, &there);
+    const float part = f_max(there.weight * surfaces->area / whole, PART_LEAST);
     return whole * f_min(part + f_max(part - PART_NEARLY, 0), 1);
 }
 
@@ -199,7 +208,7 @@ static struct bd_photon_disk disk_of(const struct bd_photon_map *map, f3 positio
 {
     const float reach = map->how.reach;
     struct search s = {.position = position, .normal = normal, .within2 = reach * reach};
-    bd_point_tree_each(&map->tree, position, &s.within2, consider, &s);
+    bd_facing_trees_each(&map->tree, position, normal, FACES_ALIKE, &s.within2, consider, &s);
     const float radius = s.count > 0 ? f_sqrt(radius2_of(map, &s, near, least)) : 0;
     return (struct bd_photon_disk){position, normal, radius};
 }
@@ -227,7 +236,8 @@ f3 bd_photon_map_tell(const struct bd_photon_map *map, const struct bd_photon_di
                       .within2 = disk->radius * disk->radius,
                       .flux = map->flux};
     if (!(disk->radius > 0)) return f3_of(0, 0, 0);
-    bd_point_tree_each(&map->tree, disk->position, &sum.within2, add, &sum);
+    bd_facing_trees_each(&map->tree, disk->position, disk->normal, FACES_ALIKE, &sum.within2, add,
+                         &sum);
     return f3_scale(sum.irradiance, 1 / area_of(map, &sum));
 }
 

@@ -40,8 +40,11 @@ struct bd_photon_map_how {
     float reach;   // of a place, render units; photons farther off tell nothing of it
     uint32_t near; // that its disk holds, about; fewer than BD_PHOTONS_NEAR are those
     float radius;  // of all disks, render units, instead; 0: as above
-    const struct bd_surface_points *surfaces; // of all of them; NULL: every disk is whole
+    // Of all surfaces: many points, and fewer for large disks, each set even by itself. NULL: every
+    // disk is whole.
+    const struct bd_surface_points *surfaces;
 };
+#define BD_EDGE_LEVELS 2u
 
 // Copies them. BD_ERR_NO_MEMORY, or what `pause` returns.
 BD_MUST_CHECK

@@ -3,6 +3,20 @@
 // Points for each photon that a disk holds more than the least, and at least: a disk of few has
 // none of its own, and is whole.
 #define POINTS_LEAST 65536u
+// Of the next level, for so many.
+#define FEWER 16u
+
+static enum bd_err spread(const struct bd_pass_context *context, const struct bd_scene *snapshot,
+                          uint32_t count, struct bd_surface_points levels[BD_EDGE_LEVELS],
+                          struct bd_err_detail *detail)
+{
+    enum bd_err err = BD_ERR_OK;
+    bd_slicer_work(context->slicer, "surface points");
+    for (uint32_t l = 0; !err && l < BD_EDGE_LEVELS; l++, count /= FEWER)
+        err = bd_surface_points_init(&levels[l], snapshot, count, BD_SENDS_LAMBERT, bd_slicer_pause,
+                                     context->slicer, detail);
+    return err;
+}
 
 enum bd_err bd_landed_map(const struct bd_pass_context *context, const struct bd_scene *snapshot,
                           const struct bd_photon *photons, uint32_t count,
@@ -11,17 +25,16 @@ enum bd_err bd_landed_map(const struct bd_pass_context *context, const struct bd
 {
     const uint32_t wanted =
         how->near > BD_PHOTONS_NEAR && count > POINTS_LEAST ? count : POINTS_LEAST;
-    struct bd_surface_points points = {0};
+    struct bd_surface_points levels[BD_EDGE_LEVELS] = {0};
     struct bd_photon_map_how whole = *how;
-    whole.surfaces = &points;
-    bd_slicer_work(context->slicer, "surface points");
-    enum bd_err err = bd_surface_points_init(
-        &points, snapshot, wanted < BD_SURFACE_POINTS_MAX ? wanted : BD_SURFACE_POINTS_MAX,
-        BD_SENDS_LAMBERT, bd_slicer_pause, context->slicer, detail);
+    whole.surfaces = levels;
+    enum bd_err err =
+        spread(context, snapshot, wanted < BD_SURFACE_POINTS_MAX ? wanted : BD_SURFACE_POINTS_MAX,
+               levels, detail);
     bd_slicer_work(context->slicer, "photon map");
     if (!err)
         err = bd_photon_map_create(photons, count, &whole, bd_slicer_pause, context->slicer, out,
                                    detail);
-    bd_surface_points_finish(&points);
+    for (uint32_t l = 0; l < BD_EDGE_LEVELS; l++) bd_surface_points_finish(&levels[l]);
     return err;
 }

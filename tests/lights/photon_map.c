@@ -129,19 +129,21 @@ static void more_photons_are_less_noise_and_edges_are_whole(void **state)
 {
     (void)state;
     struct bd_photon *photons = even_photons();
-    struct bd_surface_points square = {.count = COUNT, .area = 1.0f / COUNT};
-    square.points = calloc(COUNT, sizeof *square.points);
-    assert_non_null(square.points);
+    struct bd_surface_points square[BD_EDGE_LEVELS] = {
+        {.count = COUNT, .area = 1.0f / COUNT, .points = calloc(COUNT, sizeof *square->points)},
+        {.count = COUNT / 16, .area = 16.0f / COUNT}};
+    assert_non_null(square[0].points);
+    square[1].points = square[0].points;
     const struct bd_sequence sequence = bd_sequence_of(7, 7);
     for (uint32_t i = 0; i < COUNT; i++) {
         float at[2];
         bd_sequence_pair(&sequence, i, at);
-        square.points[i] =
+        square[0].points[i] =
             (struct bd_surface_point){.position = f3_of(at[0], at[1], 0), .normal = f3_of(0, 0, 1)};
     }
     struct bd_photon_map_how how = {.reach = 0.4f, .near = 256};
     struct bd_photon_map *cut = map_made(photons, COUNT, how);
-    how.surfaces = &square;
+    how.surfaces = square;
     struct bd_photon_map *whole = map_made(photons, COUNT, how);
     double noise, noise_whole, unused;
     const f3 middle = f3_of(0.15f, 0.5f, 0), edge = f3_of(0.15f, 0, 0), along = f3_of(0.7f, 0, 0);
@@ -156,7 +158,7 @@ static void more_photons_are_less_noise_and_edges_are_whole(void **state)
     assert_float_equal(looked_at(whole, corner, nowhere, &unused), 3, 0.5);
     bd_photon_map_destroy(&cut);
     bd_photon_map_destroy(&whole);
-    free(square.points);
+    free(square[0].points);
     free(photons);
 }
 
