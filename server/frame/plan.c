@@ -269,8 +269,9 @@ static const char *no_rough_lobe(const struct bd_plan *plan, const struct bd_sce
 
 static const char *no_caustics(const struct bd_plan *plan, const struct bd_scene *scene)
 {
-    if (!scene->features.has_transmissive) return "no surface lets light through";
-    if (!plan->glass) return "glass is opaque";
+    if (!scene->features.has_transmissive && !scene->features.has_mirror)
+        return "no surface lets light through or is a mirror";
+    if (!plan->goes_on) return "glass is opaque";
     return plan->params.caustics ? "no lamp shines" : "caustics=off";
 }
 
@@ -494,12 +495,13 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
         !out->photons && (reflects_areas || out->final_gather ||
                           (out->indirect && (out->bounces > 1 || out->punctuals_by_rays)));
     out->glass = renders && f->has_transmissive && model_of(out).transmission;
+    out->goes_on = out->glass || (renders && f->has_mirror && model_of(out).transmission);
     out->glossy = out->indirect && out->technique->model.glossy_receivers && !out->params.lambert &&
                   (f->has_glossy || out->glass);
     out->rough = out->final_gather && !out->params.lambert && f->has_rough &&
                  (out->short_rays || !(out->technique->inputs & BD_INPUT_SCREEN)) &&
                  out->params.far_rays >= BD_FAR_RAYS_FOR_ROUGH;
-    out->caustics = (out->final_gather || out->photons) && out->glass && out->params.caustics &&
+    out->caustics = (out->final_gather || out->photons) && out->goes_on && out->params.caustics &&
                     (out->light_count > 0 || out->emitters);
     out->flux_lm = total_flux_lm(out, scene);
     out->images = out->photons && out->params.intersections == BD_INTERSECTIONS_IMAGES;

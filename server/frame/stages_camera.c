@@ -218,7 +218,7 @@ static enum bd_err with_inputs(struct bd_frame *frame,
         .alone = frame->subject.alone,
         .glossy_receivers = frame->plan->glossy,
         .rough_receivers = frame->plan->rough,
-        .glass = frame->plan->glass,
+        .glass = frame->plan->goes_on,
         .normal_maps = frame->plan->normal_maps,
     };
     enum bd_err err = run(frame, &inputs);

@@ -193,10 +193,11 @@ enum bd_err bd_run_light_paths(struct bd_frame *frame, struct bd_frame_light *li
         .seed = frame->subject.seed,
         .kernel = (enum bd_vpl_kernel)plan->params.vpl_kernel,
         .near_field = plan->params.near_field,
-        .sends = plan->params.lambert ? BD_SENDS_LAMBERT
-                 : plan->final_gather ? BD_SENDS_ALL
-                                      : BD_SENDS_DIFFUSE,
-        .glass = plan->glass && plan->final_gather,
+        .sends = plan->params.lambert                  ? BD_SENDS_LAMBERT
+                 : plan->goes_on && plan->final_gather ? BD_SENDS_BESIDE_INTERFACES
+                 : plan->final_gather                  ? BD_SENDS_ALL
+                                                       : BD_SENDS_DIFFUSE,
+        .glass = plan->goes_on && plan->final_gather,
         .photons = plan->caustics ? plan->params.photons : 0,
         .root_side = bd_plan_light_path_root_side(plan),
     };
@@ -240,7 +241,7 @@ enum bd_err bd_run_photons(struct bd_frame *frame, struct bd_frame_light *light)
         .count = plan->params.photons,
         .reflections = plan->bounces,
         .lambert = plan->params.lambert,
-        .glass = plan->glass,
+        .glass = plan->goes_on,
         .caustics = plan->caustics,
         .radius_m = plan->params.photon_radius_m,
         .images = frame->env_maps ? &images : NULL,

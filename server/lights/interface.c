@@ -21,27 +21,18 @@ static float extinction_of(const struct bd_material *m, const struct bd_render_s
     return (float)fmin(fmax(-log(passed), 0) / (distance_m * space->render_per_m), EXTINCTION_MOST);
 }
 
-static float share_of_glass(const struct bd_surface_hits *hits, const struct bd_surface_hit *hit,
-                            const uint32_t index[3], float u, float v, float *roughness)
-{
-    const struct bd_scene *scene = hits->scene;
-    const struct bd_material *m = &scene->materials[hit->primitive->material];
-    const f3 data =
-        bd_map_data_at(scene, &m->metallic_roughness_map, hit->primitive, index, u, v).rgb;
-    *roughness = m->roughness * data.y;
-    return (1 - m->metallic * data.z) * bd_transmission_at(scene, hit->primitive, index, u, v);
-}
-
 static bool fill(const struct bd_surface_hits *hits, const struct bd_surface_hit *hit,
                  const struct bd_triangle_place *place, float u, float v, f3 direction,
                  struct bd_interface *out)
 {
     const struct bd_material *m = &hits->scene->materials[hit->primitive->material];
     const uint32_t *index = hit->primitive->index + 3 * (size_t)hit->of_primitive;
-    float roughness;
-    const float share = share_of_glass(hits, hit, index, u, v, &roughness);
-    if (!(share > 0)) return false;
-    const bool from_behind = f3_dot(place->normal, direction) > 0;
+    const f3 data =
+        bd_map_data_at(hits->scene, &m->metallic_roughness_map, hit->primitive, index, u, v).rgb;
+    const float share = bd_share_of_interface(hits->scene, hit->primitive, index, u, v, data);
+    const float roughness = m->roughness * data.y;
+    const bool from_behind = f3_dot(place->normal, direction) > 0, mirrors = m->transmission == 0;
+    if (!(share > 0) || (mirrors && from_behind && !m->double_sided)) return false;
     const f3 geometric = f3_scale(place->normal, from_behind ? -1 : 1);
     *out = (struct bd_interface){
         .position = bd_triangle_place_at(place, u, v),
@@ -53,22 +44,22 @@ static bool fill(const struct bd_surface_hits *hits, const struct bd_surface_hit
         .share = share,
         .alpha = roughness > 0 ? ggx_alpha(roughness) : 0,
         .ior = m->ior,
-        .thin = !(m->thickness_m > 0),
+        .thin = mirrors || !(m->thickness_m > 0),
         .entering = !from_behind,
+        .mirrors = mirrors,
         .triangle = out->triangle,
     };
     return true;
 }
 
-// Of a triangle of glass; false of any other, and of one without an area.
+// Of a triangle of glass or a mirror; false of any other, and of one without an area.
 static bool find(const struct bd_surface_hits *hits, uint32_t triangle, struct bd_surface_hit *hit,
                  struct bd_triangle_place *place)
 {
     *hit = bd_surface_hit_of(hits, triangle);
     const struct bd_material *m = &hits->scene->materials[hit->primitive->material];
-    return m->transmission > 0 && !m->unlit &&
-           bd_triangle_place_of(&hits->space, hit->run, hit->instance, hit->primitive,
-                                hit->of_primitive, place);
+    return bd_material_goes_on(m) && bd_triangle_place_of(&hits->space, hit->run, hit->instance,
+                                                          hit->primitive, hit->of_primitive, place);
 }
 
 bool bd_interface_at(const struct bd_surface_hits *hits, uint32_t triangle, float u, float v,
@@ -176,6 +167,19 @@ static float spread_of(const struct bd_interface *at)
     return at->entering ? 1 / (at->ior * at->ior) : at->ior * at->ior;
 }
 
+static bool mirror(const struct bd_interface *at, f3 n, f3 viewer, f3 h, struct bd_onward *out)
+{
+    const float grazing = f_fifth(f_min(f_max(1 - f3_dot(viewer, h), 0), 1));
+    out->passes = false;
+    out->spread = 1;
+    out->direction = bd_mirrored(viewer, h);
+    const float leaves = f3_dot(out->direction, n);
+    if (!(leaves > 0) || !(f3_dot(out->direction, at->normal_geometric) > 0)) return false;
+    const f3 color = f3_add(f3_scale(at->tint, 1 - grazing), f3_of(grazing, grazing, grazing));
+    out->weight = f3_scale(color, seen_of_light(at, f3_dot(viewer, n), leaves, false));
+    return true;
+}
+
 bool bd_interface_go_on(const struct bd_interface *at, f3 direction, enum bd_onward_choice choice,
                         const float number[3], struct bd_onward *out)
 {
@@ -184,6 +188,7 @@ bool bd_interface_go_on(const struct bd_interface *at, f3 direction, enum bd_onw
     const f3 h = at->alpha > 0 ? bd_visible_normal(n, viewer, at->alpha, number) : n;
     const float cosine = f3_dot(viewer, h);
     if (!(cosine > 0)) return false;
+    if (at->mirrors) return choice == BD_ONWARD_EITHER && mirror(at, n, viewer, h, out);
     const float back = reflectance(at, cosine);
     const float through = (1 - back) * (at->tint.x + at->tint.y + at->tint.z) / 3;
     if (choice == BD_ONWARD_PASSES && !(through > 0)) return false;

@@ -1,4 +1,7 @@
-// A surface through which light goes, as a ray meets it, and how the ray goes on.
+// A surface from which light goes on, through it or as from a mirror, as a ray meets it, and how
+// the ray does.
+//
+// Mirrors are metals (bd_material_may_mirror), by their share of metal: their facets reflect.
 //
 // glTF's glass: of the share of a surface that transmits, microfacets reflect by Fresnel's
 // equations and let pass the rest, coloured by the base colour. Thin walls turn nothing, solids
@@ -19,14 +22,15 @@ struct bd_interface {
     f3 normal, normal_geometric; // unit, to the side that the ray comes from
     f3 tint;                     // of what passes
     f3 extinction;               // per render unit, of the solid behind the surface
-    float share;                 // of the light that comes to the surface, what falls on glass
+    float share;                 // of the light that comes to the surface, what goes on
     float alpha;                 // of the facets; 0: smooth
     float ior;
     bool thin, entering; // no solid behind it; the ray is outside of that
+    bool mirrors;        // nothing passes
     uint32_t triangle;
 };
 
-// What a ray from there, unit, meets at a triangle. False where nothing passes: `out` is not
+// What a ray from there, unit, meets at a triangle. False where nothing goes on: `out` is not
 // filled.
 bool bd_interface_at(const struct bd_surface_hits *hits, uint32_t triangle, float u, float v,
                      f3 direction, struct bd_interface *out);
@@ -43,7 +47,7 @@ struct bd_onward {
 
 enum bd_onward_choice { BD_ONWARD_EITHER, BD_ONWARD_PASSES };
 
-// Of the glass alone: `share` is the caller's. `number`: two in [0, 1) for a facet, one for the
+// Of that share alone, which is the caller's. `number`: two in [0, 1) for a facet, one for the
 // choice, by what each way carries. False: the ray ends, by total reflection where it had to pass,
 // or under the surface.
 bool bd_interface_go_on(const struct bd_interface *at, f3 direction, enum bd_onward_choice choice,

@@ -103,17 +103,32 @@ static inline f3 bd_diffuse_of(const struct bd_scene *scene, const struct bd_pri
                           cosine);
 }
 
-// Of what a surface sends on, what does not pass through it instead: glass of lights that know it
-// (BD_SENDS_ALL) sends on no more than the rest of it does.
-static inline f3 bd_sent_beside_glass(const struct bd_scene *scene,
-                                      const struct bd_primitive *primitive, const uint32_t index[3],
-                                      float u, float v, enum bd_sends sends, f3 diffuse)
+// What of the light that comes to a surface goes on as at glass or a mirror (lights/interface.h).
+// `data`: its texel of metalness and roughness.
+static inline float bd_share_of_interface(const struct bd_scene *scene,
+                                          const struct bd_primitive *primitive,
+                                          const uint32_t index[3], float u, float v, f3 data)
 {
     const struct bd_material *m = &scene->materials[primitive->material];
-    if (sends != BD_SENDS_ALL || m->transmission == 0) return diffuse;
+    const float metallic = m->metallic * data.z;
+    if (m->transmission > 0)
+        return (1 - metallic) * bd_transmission_at(scene, primitive, index, u, v);
+    const bool mirrors = bd_material_may_mirror(m) && m->roughness * data.y <= BD_MIRROR_ROUGHNESS;
+    return mirrors ? metallic : 0;
+}
+
+// Of what a surface sends on, what is left beside that, for lights that know it
+// (BD_SENDS_BESIDE_INTERFACES).
+static inline f3 bd_sent_beside_interface(const struct bd_scene *scene,
+                                          const struct bd_primitive *primitive,
+                                          const uint32_t index[3], float u, float v,
+                                          enum bd_sends sends, f3 diffuse)
+{
+    const struct bd_material *m = &scene->materials[primitive->material];
+    const bool is_any = m->transmission > 0 || bd_material_may_mirror(m);
+    if (sends != BD_SENDS_BESIDE_INTERFACES || !is_any) return diffuse;
     const f3 data = bd_map_data_at(scene, &m->metallic_roughness_map, primitive, index, u, v).rgb;
-    const float through = bd_transmission_at(scene, primitive, index, u, v);
-    return f3_scale(diffuse, 1 - (1 - m->metallic * data.z) * through);
+    return f3_scale(diffuse, 1 - bd_share_of_interface(scene, primitive, index, u, v, data));
 }
 
 // What blends is there where it is at least half opaque.

@@ -78,6 +78,6 @@ f3 bd_surface_hit_sent(const struct bd_surface_hits *hits, uint32_t triangle, fl
 {
     const struct bd_surface_hit hit = bd_surface_hit_of(hits, triangle);
     const uint32_t *index = hit.primitive->index + 3 * (size_t)hit.of_primitive;
-    return bd_sent_beside_glass(hits->scene, hit.primitive, index, u, v, sends,
-                                bd_surface_hit_diffuse(hits, triangle, u, v, sends, cosine));
+    return bd_sent_beside_interface(hits->scene, hit.primitive, index, u, v, sends,
+                                    bd_surface_hit_diffuse(hits, triangle, u, v, sends, cosine));
 }

@@ -178,9 +178,9 @@ static void add_point(struct spreading *s, const struct place *place, bool is_be
     };
     if (!only_hides(s))
         to->diffuse =
-            bd_sent_beside_glass(s->scene, place->primitive, place->index, u, v, s->sends,
-                                 bd_diffuse_of(s->scene, place->primitive, place->index, u, v,
-                                               color.rgb, s->sends, BD_FROM_EVERYWHERE));
+            bd_sent_beside_interface(s->scene, place->primitive, place->index, u, v, s->sends,
+                                     bd_diffuse_of(s->scene, place->primitive, place->index, u, v,
+                                                   color.rgb, s->sends, BD_FROM_EVERYWHERE));
 }
 
 // Where the next point lies on the way through all area, before `s->passed` plus this much.

@@ -28,6 +28,8 @@ enum bd_sends {
     BD_SENDS_DIFFUSE, // what its diffuse lobe reflects
     BD_SENDS_LAMBERT, // its base colour: metals have such a lobe, too
     BD_SENDS_ALL,     // what all of its BRDF reflects, of light from everywhere
+    // The same, but for what goes on at glass and mirrors (lights/interface.h).
+    BD_SENDS_BESIDE_INTERFACES,
     // Nothing is asked of what it sends on, but that it hides what is behind it: what is unlit has
     // points, too, nothing has any on its back, and what blends has them where it is at least half
     // opaque, or as often as it is.

@@ -98,7 +98,7 @@ static void find_targets(struct caustics *c)
         const struct bd_primitive *primitive =
             &scene->meshes[run->mesh]->primitives[run->primitive];
         const struct bd_material *material = &scene->materials[primitive->material];
-        if (!(material->transmission > 0) || material->unlit) continue;
+        if (!bd_material_goes_on(material)) continue;
         for (uint32_t i = 0; i < run->instance_count; i++, found++) {
             const struct bd_instance *instance =
                 &scene->instances[order->instances[run->first_instance + i]];

@@ -142,7 +142,7 @@ struct bd_technique_inputs {
     uint64_t seed_of_sub_frame;           // of what each draws by numbers of its own
     bool alone; // the frame's only sub-frame: no other one's noise is added to its own
     bool glossy_receivers, rough_receivers;
-    bool glass;       // some surface lets light through
+    bool glass;       // some surface lets light through, or mirrors: followed light goes on there
     bool normal_maps; // some surface has one: normals change from pixel to pixel
 };
 

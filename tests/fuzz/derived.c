@@ -136,7 +136,7 @@ static uint64_t of_features(const struct bd_features *features)
     ADD(sum, features->has_vertex_color), ADD(sum, features->has_uv1);
     ADD(sum, features->has_mask), ADD(sum, features->has_blend);
     ADD(sum, features->has_single_sided), ADD(sum, features->has_metal);
-    ADD(sum, features->has_glossy), ADD(sum, features->has_specular);
+    ADD(sum, features->has_glossy), ADD(sum, features->has_mirror);
     ADD(sum, features->has_transmissive), ADD(sum, features->has_emissive);
     ADD(sum, features->has_unlit), ADD(sum, features->has_environment);
     ADD(sum, features->punctual_flux_lm), ADD(sum, features->emissive_flux_lm);

@@ -116,7 +116,7 @@ static json_t *features(const struct bd_features *f)
         f->has_metallic_roughness_map, "normal_map", f->has_normal_map, "emissive_map",
         f->has_emissive_map, "vertex_color", f->has_vertex_color, "uv1", f->has_uv1, "mask",
         f->has_mask, "blend", f->has_blend, "single_sided", f->has_single_sided, "metal",
-        f->has_metal, "glossy", f->has_glossy, "specular", f->has_specular, "transmissive",
+        f->has_metal, "glossy", f->has_glossy, "specular", f->has_mirror, "transmissive",
         f->has_transmissive, "emissive", f->has_emissive, "unlit", f->has_unlit, "punctual_flux_lm",
         f->punctual_flux_lm, "emissive_flux_lm", f->emissive_flux_lm, "bounds_min",
         vec(f->bounds_min), "bounds_max", vec(f->bounds_max), "diagonal_m", f->diagonal_m);

@@ -136,6 +136,22 @@ struct bd_node {
     bool mesh_is_world_space;
 };
 
+// Metals up to that roughness are mirrors: light goes on from them along their lobe, where others
+// send it on evenly, for whoever follows it (lights/interface.h).
+#define BD_MIRROR_ROUGHNESS 0.25f
+static inline bool bd_material_may_mirror(const struct bd_material *material)
+{
+    const bool has_map = material->metallic_roughness_map.texture != BD_NONE;
+    const bool is_smooth = has_map || material->roughness <= BD_MIRROR_ROUGHNESS;
+    return material->metallic > 0 && is_smooth && material->transmission == 0 && !material->unlit;
+}
+
+// Whether light goes on at it, as at glass or a mirror.
+static inline bool bd_material_goes_on(const struct bd_material *material)
+{
+    return (material->transmission > 0 && !material->unlit) || bd_material_may_mirror(material);
+}
+
 struct bd_light {
     char name[64];
     enum bd_light_kind kind;
@@ -212,7 +228,7 @@ struct bd_features {
     bool has_metal;    // metallic factor > 0 (before its map)
     bool has_glossy;   // metal, or roughness factor < 0.6
     bool has_rough;    // roughness factor of at least that, and not all metal
-    bool has_specular; // roughness factor < 0.1 and metal or transmissive
+    bool has_mirror;   // bd_material_may_mirror
     bool has_transmissive, has_emissive, has_unlit, has_environment;
     double
         punctual_flux_lm; // point and spot; directional counts its lux x the bounds' cross-section

@@ -113,7 +113,7 @@ static inline void assert_same_features(const struct bd_features *a, const struc
     SAME(triangle_count), SAME(instance_count), SAME(primitive_count), SAME(light_count);
     SAME(has_base_color_map), SAME(has_metallic_roughness_map), SAME(has_normal_map);
     SAME(has_emissive_map), SAME(has_vertex_color), SAME(has_uv1), SAME(has_mask), SAME(has_blend);
-    SAME(has_single_sided), SAME(has_metal), SAME(has_glossy), SAME(has_specular);
+    SAME(has_single_sided), SAME(has_metal), SAME(has_glossy), SAME(has_mirror);
     SAME(has_transmissive), SAME(has_emissive), SAME(has_unlit), SAME(has_environment);
     SAME(punctual_flux_lm), SAME(emissive_flux_lm), SAME(bounds_min), SAME(bounds_max);
     SAME(diagonal_m);
