@@ -1,8 +1,8 @@
-// Photons that lamps send to glass, where they land behind it: light that no segment to a lamp
-// finds, and hardly a ray.
+// Photons that lamps send to glass and mirrors, where they land behind: light that no segment to a
+// lamp finds, and hardly a ray.
 //
 // Each goes from a lamp, chosen by what it may send there, to one of the spheres that hold what is
-// glass, and on through that (pass/onward.h); where spheres overlap a direction counts as often as
+// either, and on from that (pass/onward.h); where spheres overlap a direction counts as often as
 // it is aimed at. What misses the glass, and what never leaves it, is left out. The sky sends none:
 // rays find it.
 //

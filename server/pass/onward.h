@@ -1,5 +1,6 @@
 // Rays that go on: through glass, in at one side and out at another, mirrored within and on its
-// way, until one meets what sends light out evenly, or nothing (lights/interface.h).
+// way, and from metals that are mirrors, until one meets what sends light out evenly, or nothing
+// (lights/interface.h). In what follows, and with whoever asks, glass is either.
 //
 // At each wall one way is chosen by what it carries, so that a ray stays one ray; a wall of which
 // only a part is glass is met as glass as often. What the ways cost is in its weight. Unbiased but

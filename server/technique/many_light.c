@@ -10,8 +10,8 @@
 //         out); Jensen 1996 (final gather, photons)
 // Exact when: `vpls`, `rays`, `far_rays`, `walk_vpls`, `cache_cells` and `photons` grow, and
 //         surfaces send light on as diffuse ones do
-// Known:  surfaces send on as much as their whole BRDF reflects, but evenly, so metals throw no
-//         caustics, as glass does; normal maps do not bend what goes through that; a cell of the
+// Known:  surfaces send on as much as their whole BRDF reflects, but evenly, so metals rougher than
+//         .25 throw no caustics, as mirrors and glass do; normal maps do not bend those; a cell of the
 //         cache may lie on both sides of a thin wall; light that comes through what few photons
 //         find (a slit) is late, and own_estimate says half of it; rough surfaces that a later
 //         sub-frame lights by itself reflect by the mean of their lobe; the cheapest rung flickers

@@ -132,3 +132,21 @@ def test_glass_is_passed_once(box):
                            ({"photons": 262144}, {"photons": 262144, "caustics": "off"}, {"technique": "many_light", "photons": 262144}))
     assert own.mean() == pytest.approx(other.mean(), rel=.02)
     assert own.mean() == pytest.approx(blurred.mean(), rel=.07)
+
+
+def test_mirrors_throw_light(box):
+    """A metal pane beside the lamp: both techniques have what it throws, and rougher metal is none."""
+    with box.edit() as edit:
+        metal = edit.add_material(base_color=(.9, .9, .9, 1), roughness=.1, metallic=1, double_sided=True)
+        pane = numpy.array([[.3, .4, -.5], [.3, .4, .5], [.7, 1.2, .5], [.7, 1.2, -.5]], float)
+        mesh = edit.add_mesh(bounced.Primitive(pane, [[0, 1, 2], [0, 2, 3]], material=metal))
+        edit.add_node(mesh=mesh)
+    own, other = (frame_of(box, technique, photons=262144) for technique in ("photon", "many_light"))
+    assert state(own, "caustics") == state(other, "caustics") == ["ran"]
+    assert light(own).mean() == pytest.approx(light(other).mean(), rel=.02)
+    without = frame_of(box, "many_light", caustics="off")
+    assert light(other).mean() > 1.03 * light(without).mean()
+    with box.edit() as edit:
+        edit.set_material(metal.id, roughness=.3)
+    rough = frame_of(box, "many_light")
+    assert reason(rough, "caustics") == ["no surface lets light through or is a mirror"]
