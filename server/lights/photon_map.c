@@ -12,10 +12,11 @@
 // of a surface that lies close over another, which gets no light, both have some.
 #define PART_LEAST 0.05f
 // That a whole disk has at least, for them to say anything.
-#define POINTS_LEAST 32
+#define POINTS_LEAST 12
 // More tell no more: fewer of them are asked.
-#define POINTS_MOST 512
-#define PART_NEARLY 0.94f
+#define POINTS_MOST      512
+#define POINTS_OF_GLANCE 64
+#define PART_NEARLY      0.94f
 
 struct bd_photon_map {
     struct bd_facing_trees tree;
@@ -176,13 +177,13 @@ static void add(void *user, const struct bd_point_node *node, uint32_t number)
 }
 
 // Of a parabola over the disk, as far as surfaces are there.
-static float area_of(const struct bd_photon_map *map, const struct sum *disk)
+static float area_of(const struct bd_photon_map *map, const struct sum *disk, float points_most)
 {
     const float whole = 0.5f * F_PI * disk->within2;
     const struct bd_facing_trees *surfaces = map->surfaces;
     struct sum there = *disk;
     if (surfaces->count == 0 || !(POINTS_LEAST * surfaces->area < whole)) return whole;
-    while (surfaces + 1 < map->surfaces + BD_EDGE_LEVELS && POINTS_MOST * surfaces->area < whole)
+    while (surfaces + 1 < map->surfaces + BD_EDGE_LEVELS && points_most * surfaces->area < whole)
         surfaces++;
     there.flux = NULL;
     there.weight = 0;
@@ -227,8 +228,8 @@ static bool are_any(const struct bd_disk_cut *cuts)
     return sum > 0;
 }
 
-f3 bd_photon_map_tell(const struct bd_photon_map *map, const struct bd_photon_disk *disk,
-                      const struct bd_disk_cut *cuts)
+static f3 tell(const struct bd_photon_map *map, const struct bd_photon_disk *disk,
+               const struct bd_disk_cut *cuts, float points_most)
 {
     struct sum sum = {.disk = disk,
                       .cuts = are_any(cuts) ? cuts : NULL,
@@ -238,7 +239,13 @@ f3 bd_photon_map_tell(const struct bd_photon_map *map, const struct bd_photon_di
     if (!(disk->radius > 0)) return f3_of(0, 0, 0);
     bd_facing_trees_each(&map->tree, disk->position, disk->normal, FACES_ALIKE, &sum.within2, add,
                          &sum);
-    return f3_scale(sum.irradiance, 1 / area_of(map, &sum));
+    return f3_scale(sum.irradiance, 1 / area_of(map, &sum, points_most));
+}
+
+f3 bd_photon_map_tell(const struct bd_photon_map *map, const struct bd_photon_disk *disk,
+                      const struct bd_disk_cut *cuts)
+{
+    return tell(map, disk, cuts, POINTS_MOST);
 }
 
 f3 bd_photon_map_look(const struct bd_photon_map *map, f3 position, f3 normal, float least)
@@ -251,5 +258,5 @@ f3 bd_photon_map_glance(const struct bd_photon_map *map, f3 position, f3 normal,
 {
     const struct bd_photon_disk disk =
         disk_of(map, position, normal, near < map->how.near ? near : map->how.near, 0);
-    return bd_photon_map_tell(map, &disk, NULL);
+    return tell(map, &disk, NULL, POINTS_OF_GLANCE);
 }

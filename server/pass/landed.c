@@ -1,8 +1,10 @@
 #include "pass/landed.h"
 
-// Points for each photon that a disk holds more than the least, and at least: a disk of few has
-// none of its own, and is whole.
+// Points, where disks hold the nearest photons alone: such are small, and mostly whole.
 #define POINTS_LEAST 65536u
+// Else for each photon, and at least: most surfaces may be dark, and photons dense on the others.
+#define POINTS_PER_PHOTON 4u
+#define POINTS_OF_WIDE    262144u
 // Of the next level, for so many.
 #define FEWER 16u
 
@@ -18,13 +20,19 @@ static enum bd_err spread(const struct bd_pass_context *context, const struct bd
     return err;
 }
 
+static uint32_t wide_of(uint32_t count)
+{
+    const uint32_t most = BD_SURFACE_POINTS_MAX / POINTS_PER_PHOTON;
+    const uint32_t wanted = POINTS_PER_PHOTON * (count < most ? count : most);
+    return wanted > POINTS_OF_WIDE ? wanted : POINTS_OF_WIDE;
+}
+
 enum bd_err bd_landed_map(const struct bd_pass_context *context, const struct bd_scene *snapshot,
                           const struct bd_photon *photons, uint32_t count,
                           const struct bd_photon_map_how *how, struct bd_photon_map **out,
                           struct bd_err_detail *detail)
 {
-    const uint32_t wanted =
-        how->near > BD_PHOTONS_NEAR && count > POINTS_LEAST ? count : POINTS_LEAST;
+    const uint32_t wanted = how->near > BD_PHOTONS_NEAR ? wide_of(count) : POINTS_LEAST;
     struct bd_surface_points levels[BD_EDGE_LEVELS] = {0};
     struct bd_photon_map_how whole = *how;
     whole.surfaces = levels;
