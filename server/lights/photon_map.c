@@ -8,9 +8,11 @@
 
 #define OFF_PLANE   4.0f // as far as that along it
 #define FACES_ALIKE 0.7f
-// Of a disk, what surfaces are at least. What is nearly all of it is all of it: points are few, and
-// of a surface that lies close over another, which gets no light, both have some.
+// Of a disk, what surfaces are at least. What is nearly all of it is all of it, as nearly as so
+// many points tell: less than there is would be too bright in the mean. Of a surface that lies
+// close over another, which gets no light, both have some.
 #define PART_LEAST 0.05f
+#define NEARLY     1.5f // standard deviations of points by chance
 // That a whole disk has at least, for them to say anything.
 #define POINTS_LEAST 12
 // More tell no more: fewer of them are asked.
@@ -190,7 +192,8 @@ static float area_of(const struct bd_photon_map *map, const struct sum *disk, fl
     bd_facing_trees_each(surfaces, disk->disk->position, disk->disk->normal, FACES_ALIKE,
                          &there.within2, add, &there);
     const float part = f_max(there.weight * surfaces->area / whole, PART_LEAST);
-    return whole * f_min(part + f_max(part - PART_NEARLY, 0), 1);
+    const float nearly = 1 - NEARLY / f_sqrt(whole / surfaces->area);
+    return whole * f_min(part + f_max(part - nearly, 0), 1);
 }
 
 // The disk's radius, squared.
