@@ -265,10 +265,11 @@ static enum bd_err shine(struct paths *p, const struct bd_light_uniform *punctua
     const struct bd_sequence sequence = bd_sequence_of(seed_of(p), OF_PUNCTUALS);
     const f3 flux = bd_punctual_flux(punctual);
     const uint32_t count = share_of(p, flux_of(punctual), of_all);
+    const uint32_t first = p->sent_count; // or lamps of one photon all send it the same way
     enum bd_err err = BD_ERR_OK;
     for (uint32_t i = 0; !err && i < count; i++) {
         float number[2];
-        bd_sequence_pair(&sequence, i, number);
+        bd_sequence_pair(&sequence, first + i, number);
         err = set_out(p, bd_punctual_ray(punctual, number), f3_scale(flux, 1 / (float)count),
                       punctual->inverse_range, true);
     }
