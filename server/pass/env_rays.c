@@ -310,10 +310,11 @@ static void ask_rays(void *user, uint32_t group)
         const struct bd_ray *ray = &q->rays[i];
         const f3 d = f3_of(ray->direction[0], ray->direction[1], ray->direction[2]);
         const float length = f3_length(d);
+        q->hits[i] = (struct bd_ray_hit){.triangle = BD_NO_TRIANGLE};
+        if (!(length > 0) || !isfinite(length)) continue;
         const struct found found =
             nearest(q->view, f3_of(ray->origin[0], ray->origin[1], ray->origin[2]),
                     ray->from_triangle, f3_scale(d, 1 / length), ray->far * length);
-        q->hits[i] = (struct bd_ray_hit){.triangle = BD_NO_TRIANGLE};
         if (found.triangle != BD_NO_TRIANGLE)
             q->hits[i] =
                 (struct bd_ray_hit){found.triangle, found.u, found.v, found.distance / length};
@@ -325,7 +326,7 @@ static bool is_blocked(const struct bd_env_view *view, const struct bd_segment *
     const f3 from = f3_of(segment->from[0], segment->from[1], segment->from[2]);
     const f3 way = f3_sub(f3_of(segment->to[0], segment->to[1], segment->to[2]), from);
     const float length = f3_length(way);
-    if (!(length > 0)) return false;
+    if (!(length > 0) || !isfinite(length)) return false;
     const float beside = 1 - TEXELS_LEAST * 2 / (float)view->maps->side_px;
     const struct found found =
         nearest(view, from, segment->from_triangle, f3_scale(way, 1 / length), beside * length);
