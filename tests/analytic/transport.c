@@ -190,8 +190,8 @@ static void cube_room_with_a_vpl_a_wall(void **state)
     }
 }
 
-// The lamp in many parts, one of them with half of its power: all together have the budget's virtual
-// lights, and light the room as one lamp does. Of two parts each has its own.
+// The lamp in many parts, one of them with half of its power: all together have the budget's
+// virtual lights, and light the room as one lamp does. Of two parts each has its own.
 static void many_lamps_share_a_budget(void **state)
 {
     const double centre[][2] = {{0, 0}};
@@ -233,8 +233,8 @@ static const char *const *settings_of(const char *technique)
     // rays.
     static const char *const first[] = {"indirect_bounces=1", "vpls=8192",    "rays=128",
                                         "far_rays=64",        "brdf=lambert", NULL};
-    static const char *const dense[] = {"indirect_bounces=1", "photons=1048576", "brdf=lambert",
-                                        NULL};
+    static const char *const dense[] = {"indirect_bounces=1", "photons=262144",
+                                        "photon_radius=0.25", "brdf=lambert", NULL};
     if (strcmp(technique, "photon") == 0) return dense;
     if (strcmp(technique, "many_light") == 0 || strcmp(technique, "ssbc") == 0) return first;
     return strcmp(technique, "rsm_splat") == 0 ? as_many : NULL;
@@ -265,7 +265,7 @@ static void cube_room_by_every_technique(void **state)
         for (uint32_t i = 0; i < 3; i++) {
             float l = bd_image_at(layers[BD_LAYER_INDIRECT], pixels[i][0], pixels[i][1])[0];
             ASSERT_REL(l * M_PI / (0.5 * 0.5), expected[i],
-                       technique->inputs & BD_INPUT_PHOTONS ? .05 : .01); // D9: 2,600 photons
+                       technique->inputs & BD_INPUT_PHOTONS ? .02 : .01); // D9: 1,100 photons
         }
         world_free_layers(layers);
         tried++;

@@ -45,7 +45,7 @@ def reason(frame, name):
 @pytest.fixture(scope="module")
 def truth(client):
     scene = client.scenes.add(SCENES / "cornell.glb")
-    yield light(frame_of(scene, "reference", spp=1024))
+    yield light(frame_of(scene, "reference", spp=512))
 
 
 def test_it_goes_to_the_truth_as_photons_grow(box, truth):
