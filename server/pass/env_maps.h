@@ -22,12 +22,12 @@
 #include "upload/gpu_scene.h"
 
 #define BD_ENV_FACES        6u
-#define BD_ENV_MAPS_MAX     32u
+#define BD_ENV_MAPS_MAX     16u // of the largest, 192 MiB
 // Of the small ones that the choice is made by, of a face; and of all of it.
 #define BD_ENV_CHOICE_SIDE   32u
 #define BD_ENV_CHOICE_TEXELS (BD_ENV_FACES * BD_ENV_CHOICE_SIDE * BD_ENV_CHOICE_SIDE)
 #define BD_ENV_MAP_SIDE_MIN  16u
-#define BD_ENV_MAP_SIDE_MAX 1024u
+#define BD_ENV_MAP_SIDE_MAX  512u
 
 struct bd_env_map {
     f3 centre;           // render space
