@@ -52,8 +52,8 @@ struct bd_plan {
     bool glossy;          // receivers with a specular lobe worth its price
     bool rough;           // and others, whose lobes get a few rays all the same
     bool glass;           // some surface lets light through, and the technique knows
-    bool goes_on;         // there, or at mirrors, light that is followed does
-    bool caustics;        // lamps send light there, and photons bring it
+    bool goes_on;         // rays and photons do, from that or from mirrors
+    bool caustics;        // lamps send light to either, and photons bring it
     bool emission;        // some surface emits or is unlit
     // There is indirect light, and nothing in the scene hides any of it. With auto_exposure such a
     // frame makes the layers direct and emission too, since its brightness is measured on them;

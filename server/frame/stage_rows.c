@@ -563,8 +563,9 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
             .of = BD_STAGE_OF_WHOLE,
             .is_needed = is_indirect,
             .why_not = no_indirect,
-            .from = STAGE(SEEN) | STAGES_OF_VPLS | STAGE(ENV_MAPS) | STAGE(PHOTONS) | STAGE(FRAGMENTS) |
-                    STAGE(SURFACES) | STAGE(RAYS) | STAGE(IMPERFECT_SHADOWS) | STAGES_OF_SCREEN,
+            .from = STAGE(SEEN) | STAGES_OF_VPLS | STAGE(ENV_MAPS) | STAGE(PHOTONS) |
+                    STAGE(FRAGMENTS) | STAGE(SURFACES) | STAGE(RAYS) | STAGE(IMPERFECT_SHADOWS) |
+                    STAGES_OF_SCREEN,
             .reads = BD_READ_SEED,
             .glossy = READS_BRDF,
             .glass = ASPECT(MEDIUM),
