@@ -107,6 +107,7 @@ static void add_material(struct bd_features *features, const struct bd_material 
     features->has_rough |= (material->metallic < 1 || has_map) && material->roughness >= 0.6f;
     features->has_mirror |= bd_material_may_mirror(material);
     features->has_transmissive |= transmissive;
+    features->has_pane |= bd_material_is_pane(material);
 }
 
 static void add_primitive(struct bd_scene *scene, const struct bd_instance *instance,

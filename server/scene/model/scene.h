@@ -146,6 +146,13 @@ static inline bool bd_material_may_mirror(const struct bd_material *material)
     return material->metallic > 0 && is_smooth && material->transmission == 0 && !material->unlit;
 }
 
+// Smooth glass with nothing solid behind it: light goes straight on.
+static inline bool bd_material_is_pane(const struct bd_material *material)
+{
+    return material->transmission > 0 && !(material->thickness_m > 0) && material->roughness == 0 &&
+           !material->unlit;
+}
+
 // Whether light goes on at it, as at glass or a mirror.
 static inline bool bd_material_goes_on(const struct bd_material *material)
 {
@@ -229,6 +236,7 @@ struct bd_features {
     bool has_glossy;   // metal, or roughness factor < 0.6
     bool has_rough;    // roughness factor of at least that, and not all metal
     bool has_mirror;   // bd_material_may_mirror
+    bool has_pane;     // bd_material_is_pane
     bool has_transmissive, has_emissive, has_unlit, has_environment;
     double
         punctual_flux_lm; // point and spot; directional counts its lux x the bounds' cross-section
