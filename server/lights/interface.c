@@ -209,3 +209,19 @@ bool bd_interface_go_on(const struct bd_interface *at, f3 direction, enum bd_onw
                       : f3_of(back * seen / chance, back * seen / chance, back * seen / chance);
     return true;
 }
+
+// --- straight on --------------------------------------------------------------------------------
+
+bool bd_interface_is_pane(const struct bd_interface *at)
+{
+    return at->thin && at->alpha == 0 && !at->mirrors;
+}
+
+f3 bd_interface_straight(const struct bd_interface *at, enum bd_straight straight, f3 direction)
+{
+    const float ahead = -f3_dot(at->normal, direction);
+    const float cosine = ahead > 0 ? ahead : -f3_dot(at->normal_geometric, direction);
+    if (at->mirrors || (straight == BD_STRAIGHT_PANES && !bd_interface_is_pane(at)))
+        return f3_of(0, 0, 0);
+    return f3_scale(at->tint, at->share * (1 - reflectance(at, cosine)));
+}

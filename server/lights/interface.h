@@ -53,4 +53,16 @@ enum bd_onward_choice { BD_ONWARD_EITHER, BD_ONWARD_PASSES };
 bool bd_interface_go_on(const struct bd_interface *at, f3 direction, enum bd_onward_choice choice,
                         const float number[3], struct bd_onward *out);
 
+// Of which glass a straight way goes through.
+enum bd_straight {
+    BD_STRAIGHT_PANES, // smooth and thin, where it is what light does
+    BD_STRAIGHT_ALL,   // any, as if it were: solids absorb, and turn nothing
+};
+
+bool bd_interface_is_pane(const struct bd_interface *at);
+
+// What passes there straight on, of all that comes along a unit direction; 0 where nothing does.
+// Solids absorb beside that (`extinction`).
+f3 bd_interface_straight(const struct bd_interface *at, enum bd_straight straight, f3 direction);
+
 #endif
