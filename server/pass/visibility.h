@@ -12,6 +12,7 @@
 #ifndef BD_PASS_VISIBILITY_H
 #define BD_PASS_VISIBILITY_H
 
+#include "lights/interface.h"
 #include "pass/env_rays.h"
 #include "pass/imperfect_shadows.h"
 #include "pass/occluders.h"
@@ -25,6 +26,9 @@ struct bd_visibility_inputs {
     const struct bd_imperfect_view *maps; // NULL: rays
     const struct bd_env_view *images;     // what rays ask instead of triangles; NULL: those
     bool nothing_hides;                   // no answer is yes
+    // Of who looks for lights (pass/straight.h): where glass is, through which of it they look.
+    const struct bd_surface_hits *panes; // NULL: through none
+    enum bd_straight straight;
 };
 
 // Whether the processor answers by itself: what is for its loops has not to go by the device.

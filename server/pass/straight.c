@@ -1,0 +1,164 @@
+#include "pass/straight.h"
+
+#include <math.h>
+
+#include "pass/nearest.h"
+#include "pass/receivers.h"
+
+// Of the slicer, one for each evaluation of a VPL: of 32 segments.
+#define UNITS_PER_WORD 1000.0
+#define UNITS_PER_RAYS 500.0
+
+// --- one way ------------------------------------------------------------------------------------
+
+struct way {
+    f3 passed;
+    float gone; // of its length
+    struct bd_ray_hit hit;
+};
+
+static float passed_of(float extinction, float distance)
+{
+    return extinction > 0 ? expf(-extinction * distance) : 1;
+}
+
+static f3 absorbed(f3 light, f3 extinction, float distance)
+{
+    return f3_mul(light, f3_of(passed_of(extinction.x, distance), passed_of(extinction.y, distance),
+                               passed_of(extinction.z, distance)));
+}
+
+// Through the wall that it met, if that lets it: `ray` begins there then.
+static bool pass(const struct bd_visibility_inputs *v, struct bd_ray *ray, struct way *way)
+{
+    const f3 d = f3_of(ray->direction[0], ray->direction[1], ray->direction[2]);
+    const struct bd_ray_hit *hit = &way->hit;
+    struct bd_interface at;
+    if (!bd_interface_at(v->panes, hit->triangle, hit->u, hit->v, d, &at)) return false;
+    f3 passes = bd_interface_straight(&at, v->straight, d);
+    if (!at.thin && !at.entering) passes = absorbed(passes, at.extinction, hit->distance);
+    if (!(passes.x > 0 || passes.y > 0 || passes.z > 0)) return false;
+    way->passed = f3_mul(way->passed, passes);
+    way->gone += hit->distance;
+    ray->far -= hit->distance;
+    ray->origin[0] = at.position.x;
+    ray->origin[1] = at.position.y;
+    ray->origin[2] = at.position.z;
+    ray->from_triangle = hit->triangle;
+    return ray->far > 0;
+}
+
+// On to `to_triangle` or what does not let it pass, or nothing.
+static void go_on(const struct bd_visibility_inputs *v, struct bd_ray ray, uint32_t to_triangle,
+                  struct way *way)
+{
+    for (uint32_t walls = 0; walls < BD_STRAIGHT_WALLS_MAX; walls++) {
+        const uint32_t met = way->hit.triangle;
+        if (met == BD_NO_TRIANGLE || met == to_triangle || !pass(v, &ray, way)) break;
+        bd_rays_nearest(v->occluders->rays, NULL, v->alpha, &ray, 1, &way->hit);
+    }
+    way->hit.distance += way->gone;
+}
+
+static float largest(const float v[3])
+{
+    return fmaxf(fabsf(v[0]), fmaxf(fabsf(v[1]), fabsf(v[2])));
+}
+
+f3 bd_straight_along(const struct bd_visibility_inputs *v, const struct bd_segment *segment)
+{
+    const float *from = segment->from, *to = segment->to;
+    const f3 along = f3_of(to[0] - from[0], to[1] - from[1], to[2] - from[2]);
+    const float length = f3_length(along), bias = BD_RAY_BIAS * fmaxf(largest(from), largest(to));
+    const f3 d = f3_scale(along, 1 / length);
+    const struct bd_ray ray = {.origin = {from[0], from[1], from[2]},
+                               .from_triangle = segment->from_triangle,
+                               .direction = {d.x, d.y, d.z},
+                               .far = length - bias};
+    struct way way = {.passed = {1, 1, 1}};
+    bd_rays_nearest(v->occluders->rays, NULL, v->alpha, &ray, 1, &way.hit);
+    go_on(v, ray, segment->to_triangle, &way);
+    const bool arrives =
+        way.hit.triangle == BD_NO_TRIANGLE || way.hit.triangle == segment->to_triangle;
+    return arrives ? way.passed : f3_of(0, 0, 0);
+}
+
+// --- many segments ------------------------------------------------------------------------------
+
+struct asked {
+    const struct bd_visibility_inputs *visibility;
+    const struct bd_segment *segments;
+    size_t count;
+    uint32_t *occluded;
+    f3 *brought;
+    uint32_t parts;
+};
+
+static void pass_segment(const struct asked *a, size_t i)
+{
+    const f3 passed = bd_straight_along(a->visibility, &a->segments[i]);
+    if (!(passed.x > 0 || passed.y > 0 || passed.z > 0)) return;
+    for (size_t p = i * a->parts; p < (i + 1) * a->parts; p++)
+        a->brought[p] = f3_mul(a->brought[p], passed);
+    a->occluded[i / 32] &= ~(1u << i % 32);
+}
+
+// A word of bits is one thread's.
+static void pass_word(void *user, uint32_t word)
+{
+    const struct asked *a = user;
+    const size_t first = 32 * (size_t)word;
+    for (size_t i = first; i < first + 32 && i < a->count; i++)
+        if (a->occluded[word] >> i % 32 & 1) pass_segment(a, i);
+}
+
+enum bd_err bd_straight_ask(const struct bd_pass_context *context,
+                            const struct bd_visibility_inputs *visibility,
+                            const struct bd_segment *segments, size_t count, uint32_t *occluded,
+                            f3 *brought, uint32_t parts, struct bd_ray_counts *traced,
+                            struct bd_err_detail *detail)
+{
+    enum bd_err err =
+        bd_visibility_ask(context, visibility, segments, count, occluded, traced, detail);
+    if (err || !visibility->panes) return err;
+    struct asked a = {visibility, segments, count, occluded, brought, parts};
+    bd_slicer_work(context->slicer, "straight");
+    return bd_receivers_each(context, (uint32_t)((count + 31) / 32), UNITS_PER_WORD, pass_word, &a);
+}
+
+// --- many rays ----------------------------------------------------------------------------------
+
+struct followed {
+    const struct bd_visibility_inputs *visibility;
+    const struct bd_ray *rays;
+    size_t count;
+    struct bd_ray_hit *hits;
+    f3 *passed;
+};
+
+static void follow_group(void *user, uint32_t group)
+{
+    const struct followed *f = user;
+    for (size_t i = (size_t)group * BD_LANES; i < (group + 1) * (size_t)BD_LANES && i < f->count;
+         i++) {
+        struct way way = {{1, 1, 1}, 0, f->hits[i]};
+        go_on(f->visibility, f->rays[i], BD_NO_TRIANGLE, &way);
+        f->hits[i] = way.hit;
+        f->passed[i] = way.passed;
+    }
+}
+
+enum bd_err bd_straight_nearest(const struct bd_pass_context *context,
+                                const struct bd_visibility_inputs *visibility,
+                                const struct bd_ray *rays, size_t count, struct bd_ray_hit *hits,
+                                f3 *passed, struct bd_ray_counts *traced,
+                                struct bd_err_detail *detail)
+{
+    enum bd_err err = bd_nearest_ask(context, visibility, rays, count, hits, traced, detail);
+    for (size_t i = 0; !err && i < count; i++) passed[i] = f3_of(1, 1, 1);
+    if (err || !visibility->panes) return err;
+    struct followed f = {visibility, rays, count, hits, passed};
+    bd_slicer_work(context->slicer, "straight");
+    return bd_receivers_each(context, (uint32_t)((count + BD_LANES - 1) / BD_LANES), UNITS_PER_RAYS,
+                             follow_group, &f);
+}
