@@ -364,7 +364,7 @@ static void land(struct caustics *c, uint32_t i)
     const float *d = c->rays[i].direction;
     struct bd_surface_point at;
     const f3 flux = f3_mul(c->flux[i], c->ways[i].weight);
-    if (c->ways[i].events == 0 || hit->triangle == BD_NO_TRIANGLE) return;
+    if (c->ways[i].straight || hit->triangle == BD_NO_TRIANGLE) return;
     if (!(strongest_channel(flux) > 0) ||
         !bd_surface_hit_at(&c->hits, hit->triangle, hit->u, hit->v, f3_of(d[0], d[1], d[2]), &at))
         return;

@@ -182,7 +182,7 @@ static void tell_ray(const struct far *f, uint32_t group, uint32_t ray)
     if (pdf > 0) ask_first_light(f, group, ray, part, pdf, &at);
 }
 
-// Of what came through glass. A ray stands for pi over their number of its receiver's directions.
+// Of what came round by glass. A ray stands for pi over their number of its receiver's directions.
 static void add_emission(const struct far *f, uint32_t group, uint32_t ray)
 {
     const bool is_sky = f->rays.hits[ray].triangle == BD_NO_TRIANGLE;
@@ -199,7 +199,7 @@ static void tell_group(void *user, uint32_t group)
     const uint32_t first = f->rays.first_ray[group];
     f->place_count[group] = 0;
     for (uint32_t i = first; i < first + f->rays.ray_count[group]; i++) {
-        if (came_through(f, i)) add_emission(f, group, i);
+        if (f->rays.ways && !f->rays.ways[i].straight) add_emission(f, group, i);
         if (f->inputs->glass == BD_GLASS_SHOWS_SKY) continue;
         f->inputs->clamp > 0 ? tell_clamped_ray(f, group, i) : tell_ray(f, group, i);
     }

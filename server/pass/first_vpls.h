@@ -40,6 +40,7 @@ struct bd_first_vpls_inputs {
     uint64_t seed;
     enum bd_sends sends; // what surfaces do
     bool glass;          // photons go on through it (pass/onward.h)
+    bool straight_alone; // and those are lost that others do not look along
 };
 
 // Of each photon a VPL, which sends nothing where that met nothing: so many of each array as there

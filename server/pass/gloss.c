@@ -307,7 +307,7 @@ static void reflect_group(void *user, uint32_t group)
     for (uint32_t i = first; i < first + g->ray_count[group]; i++) {
         const struct bd_way *way = g->ways ? &g->ways[i] : &bd_way_begins;
         f3 light = f3_mul(way->weight, light_of_place(g, i));
-        if (way->events > 0)
+        if (!way->straight)
             light =
                 f3_add(light, bd_onward_emission(g->inputs->first, &g->rays[i], &g->hits[i], way));
         g->irradiance[i] = f3_mul(light, g->shares[i].beyond);

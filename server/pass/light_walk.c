@@ -182,7 +182,7 @@ static enum bd_err find_who_takes(struct walk *w)
 static f3 *arrived_of(struct walk *w, uint32_t i)
 {
     const bool is_apart = w->round == 0 && w->ways && !w->inputs->caustics_are_first;
-    return is_apart && w->ways[i].events > 0 ? w->through : w->arrived;
+    return is_apart && !w->ways[i].straight ? w->through : w->arrived;
 }
 
 // Where photon `i` landed.

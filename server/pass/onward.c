@@ -12,12 +12,13 @@
 // Numbers that nobody else of a frame draws by its seed; each wall has two pairs.
 #define PURPOSE 0x6f6e0000u
 
-const struct bd_way bd_way_begins = {.weight = {1, 1, 1}};
+const struct bd_way bd_way_begins = {.weight = {1, 1, 1}, .straight = true};
 
 struct onward {
     const struct bd_pass_context *context;
     const struct bd_surface_hits *surfaces;
     enum bd_carries carries;
+    bool looks_straight; // others do
     uint32_t seed;
     const uint32_t *numbers;
     struct bd_ray *rays;
@@ -75,6 +76,7 @@ static void leave(const struct bd_interface *at, const struct bd_onward *onward,
                            .far = INFINITY};
     way->weight = f3_mul(way->weight, onward->weight);
     way->extinction = medium_behind(at, onward, way->extinction);
+    way->straight &= onward->passes && bd_interface_is_pane(at);
     way->events++;
 }
 
@@ -105,6 +107,7 @@ static bool go_on(struct onward *o, uint32_t i)
     }
     if (o->carries == BD_CARRIES_RADIANCE) onward.weight = f3_scale(onward.weight, onward.spread);
     leave(&at, &onward, &o->rays[i], way);
+    way->straight &= o->looks_straight;
     return true;
 }
 
@@ -149,6 +152,7 @@ enum bd_err bd_onward_run(const struct bd_pass_context *context,
     struct onward o = {.context = context,
                        .surfaces = surfaces,
                        .carries = carries,
+                       .looks_straight = visibility->panes != NULL,
                        .seed = (uint32_t)(seed ^ seed >> 32),
                        .numbers = numbers,
                        .rays = rays,
@@ -184,6 +188,7 @@ bool bd_onward_enter(const struct bd_interface *at, f3 to_viewer, uint64_t seed,
         return false;
     onward.weight = f3_scale(onward.weight, onward.spread * at->share);
     leave(at, &onward, ray, way);
+    way->straight = false; // who is seen looks for nothing through itself
     return true;
 }
 

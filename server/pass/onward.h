@@ -22,6 +22,9 @@ struct bd_way {
     f3 weight;       // of what it brings
     f3 extinction;   // per render unit, of what it goes through
     uint32_t events; // walls of glass that it met
+    // Who looks for lights from where it begins has looked along it (pass/straight.h): so far it
+    // met panes that those look through, or nothing.
+    bool straight;
 };
 extern const struct bd_way bd_way_begins;
 

@@ -117,7 +117,7 @@ static void draw(const struct paths *p, uint32_t number, float way_and_lobe[3], 
 static bool is_kept(const struct paths *p, uint32_t i)
 {
     if (p->round > 0) return true;
-    if (!p->ways || p->ways[i].events == 0) return false;
+    if (!p->ways || p->ways[i].straight) return false;
     return !(p->photons[i].is_of_lamp && p->inputs->caustics_apart);
 }
 
