@@ -9,9 +9,9 @@
 #include "pass/area_samples.h"
 #include "pass/filter_light.h"
 #include "pass/lobe.h"
-#include "pass/nearest.h"
 #include "pass/punctual_light.h"
 #include "pass/receivers.h"
+#include "pass/straight.h"
 
 #define HALVES 2u
 // Of segments, rays and what they bring at once.
@@ -47,6 +47,7 @@ struct area {
     struct bd_area_shares *shares;
     struct bd_ray *rays;
     struct bd_ray_hit *hits;
+    f3 *passed;                       // of each ray, through panes
     uint32_t *lobe_count, *first_ray; // of each group
     uint32_t ray_count;
     struct bd_err_detail *detail;
@@ -57,7 +58,8 @@ struct area {
 static size_t receiver_bytes(const struct area *a)
 {
     return HALVES * (a->sampling.rays * (sizeof *a->segments + sizeof *a->found) +
-                     a->sampling.lobes * (sizeof *a->lobes + sizeof *a->rays + sizeof *a->hits) +
+                     a->sampling.lobes * (sizeof *a->lobes + sizeof *a->rays + sizeof *a->hits +
+                                          sizeof *a->passed) +
                      sizeof *a->shares);
 }
 
@@ -85,10 +87,11 @@ static enum bd_err make_room(struct area *a, uint32_t group_count)
     a->shares = malloc(halves * sizeof *a->shares);
     a->rays = malloc(lobes * sizeof *a->rays);
     a->hits = malloc(lobes * sizeof *a->hits);
+    a->passed = malloc(lobes * sizeof *a->passed);
     a->lobe_count = malloc(group_count * sizeof *a->lobe_count);
     a->first_ray = malloc(group_count * sizeof *a->first_ray);
     const bool all = a->segments && a->found && a->occluded && a->lobes && a->shares && a->rays &&
-                     a->hits && a->lobe_count && a->first_ray;
+                     a->hits && a->passed && a->lobe_count && a->first_ray;
     return all ? BD_ERR_OK : no_memory(a);
 }
 
@@ -107,8 +110,8 @@ static enum bd_err make_images(struct area *a)
 
 static void free_all(struct area *a)
 {
-    void *arrays[] = {a->segments, a->found, a->occluded,   a->lobes,    a->shares,
-                      a->rays,     a->hits,  a->lobe_count, a->first_ray};
+    void *arrays[] = {a->segments, a->found, a->occluded, a->lobes,      a->shares,
+                      a->rays,     a->hits,  a->passed,   a->lobe_count, a->first_ray};
     struct bd_image **images[] = {&a->irradiance[0], &a->irradiance[1], &a->beyond[0],
                                   &a->beyond[1],     &a->albedo,        &a->normal,
                                   &a->depth,         &a->beyond_doubt,  &a->irradiance_doubt};
@@ -198,8 +201,8 @@ static enum bd_err follow_lobes(struct area *a)
     }
     for (uint32_t g = 0; g < groups; g++) list_lobes(a, g);
     struct bd_ray_counts traced = {0};
-    return bd_nearest_ask(&a->context, &a->inputs->visibility, a->rays, a->ray_count, a->hits,
-                          &traced, a->detail);
+    return bd_straight_nearest(&a->context, &a->inputs->visibility, a->rays, a->ray_count, a->hits,
+                               a->passed, &traced, a->detail);
 }
 
 static void add_to(struct bd_area_light_found *sum, const struct bd_area_light_found *more)
@@ -217,7 +220,7 @@ static void keep(struct bd_image *image, size_t pixel, f3 value)
 
 // The rays' light in their order, then the lobe's.
 static void sum_half(const struct area *a, const struct bd_area_receiver *at, size_t i,
-                     uint32_t half, const struct bd_ray_hit **hit)
+                     uint32_t half, size_t *ray)
 {
     const size_t rays = a->sampling.rays, lobes = a->sampling.lobes;
     const size_t pixel = (size_t)at->y_px * a->width_px + at->x_px;
@@ -227,8 +230,10 @@ static void sum_half(const struct area *a, const struct bd_area_receiver *at, si
     for (size_t l = i * lobes; l < (i + 1) * lobes; l++) {
         if (!(a->lobes[l].density > 0)) continue;
         const struct bd_area_light_found more =
-            bd_area_lobe_light(&a->sampling, at, &a->shares[i], &a->lobes[l], (*hit)++);
-        add_to(&sum, &more);
+            bd_area_lobe_light(&a->sampling, at, &a->shares[i], &a->lobes[l], &a->hits[*ray]);
+        const f3 passed = a->passed[(*ray)++];
+        add_to(&sum, &(struct bd_area_light_found){f3_mul(more.irradiance, passed),
+                                                   f3_mul(more.beyond, passed)});
     }
     keep(a->irradiance[half], pixel, sum.irradiance);
     keep(a->beyond[half], pixel, sum.beyond);
@@ -237,12 +242,12 @@ static void sum_half(const struct area *a, const struct bd_area_receiver *at, si
 static void sum_group(void *user, uint32_t group)
 {
     const struct area *a = user;
-    const struct bd_ray_hit *hit = a->hits + a->first_ray[group];
+    size_t ray = a->first_ray[group];
     for (uint32_t lane = 0; lane < BD_LANES; lane++) {
         struct bd_area_receiver at;
         if (!bd_lobe_receiver_at(a->part, group, lane, &at)) continue;
         for (uint32_t half = 0; half < HALVES; half++)
-            sum_half(a, &at, ((size_t)group * BD_LANES + lane) * HALVES + half, half, &hit);
+            sum_half(a, &at, ((size_t)group * BD_LANES + lane) * HALVES + half, half, &ray);
     }
 }
 
@@ -258,9 +263,10 @@ static enum bd_err light_by_areas(struct area *a)
                                 a);
     if (!err) err = follow_lobes(a);
     if (!err)
-        err = bd_visibility_ask(&a->context, &a->inputs->visibility, a->segments,
-                                (size_t)part->group_count * BD_LANES * HALVES * a->sampling.rays,
-                                a->occluded, &traced, a->detail);
+        err = bd_straight_ask(&a->context, &a->inputs->visibility, a->segments,
+                              (size_t)part->group_count * BD_LANES * HALVES * a->sampling.rays,
+                              a->occluded, &a->found->irradiance, BD_AREA_LIGHT_PARTS, &traced,
+                              a->detail);
     bd_slicer_work(a->context.slicer, "area sum");
     if (!err) err = bd_receivers_each(&a->context, part->group_count, rays, sum_group, a);
     return err;
@@ -479,8 +485,7 @@ static struct area area_of(const struct bd_pass_context *context,
         .inputs = inputs,
         .sampling = bd_area_sampling_of(inputs->lights, inputs->rays, inputs->seed),
         .punctuals = {.punctuals = inputs->punctuals,
-                      .occluders = inputs->visibility.occluders->rays,
-                      .alpha = inputs->visibility.alpha,
+                      .visibility = &inputs->visibility,
                       .rays = inputs->rays,
                       .lambert = inputs->lambert},
         .width_px = viewpoint->width_px,

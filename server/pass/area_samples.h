@@ -42,6 +42,7 @@ struct bd_area_receiver {
 struct bd_area_light_found {
     f3 irradiance, beyond;
 };
+#define BD_AREA_LIGHT_PARTS (sizeof(struct bd_area_light_found) / sizeof(f3))
 
 // How a half's rays are shared out, and what is asked of a direction that a lobe found.
 struct bd_area_shares {

@@ -9,6 +9,7 @@
 #include "pass/area_samples.h"
 #include "pass/punctual_photons.h"
 #include "pass/receivers.h"
+#include "pass/straight.h"
 
 // To emitters and the sky.
 #define AREA_RAYS 2u
@@ -165,9 +166,9 @@ static enum bd_err light_some(struct lighting *l, const struct bd_visibility_inp
     bd_slicer_work(l->context->slicer, "first light");
     enum bd_err err = bd_receivers_each(l->context, groups, units * BD_LANES, ask_group, l);
     if (!err)
-        err = bd_visibility_ask(l->context, visibility, l->segments,
-                                (size_t)groups * BD_LANES * l->ray_count, l->occluded, traced,
-                                detail);
+        err = bd_straight_ask(l->context, visibility, l->segments,
+                              (size_t)groups * BD_LANES * l->ray_count, l->occluded, l->brought, 1,
+                              traced, detail);
     if (!err) sum_rays(l, irradiance, cosine);
     return err;
 }

@@ -13,6 +13,7 @@
 #include "pass/light_patches.h"
 #include "pass/light_walk.h"
 #include "pass/receivers.h"
+#include "pass/straight.h"
 #include "pass/vpl_order.h"
 
 #define POINTS_PER_VPL 16u
@@ -99,9 +100,9 @@ static enum bd_err light_points(struct paths *p)
         err = bd_receivers_each(&p->context, groups, UNITS_PER_RAY * BD_LANES * p->sampling.rays,
                                 sample_group, p);
         if (!err)
-            err = bd_visibility_ask(&p->context, &p->inputs->visibility, p->segments,
-                                    (size_t)groups * BD_LANES * p->sampling.rays, p->occluded,
-                                    &traced, p->detail);
+            err = bd_straight_ask(&p->context, &p->inputs->visibility, p->segments,
+                                  (size_t)groups * BD_LANES * p->sampling.rays, p->occluded,
+                                  &p->found->irradiance, BD_AREA_LIGHT_PARTS, &traced, p->detail);
         if (!err) sum_rays(p);
     }
     return err;
@@ -253,7 +254,8 @@ static enum bd_err write_first(struct paths *p, struct bd_vpl_list **list)
         .of_emitters = in->emitter_vpls,
         .seed = in->seed,
         .sends = in->sends,
-        .glass = in->photons > 0,
+        .glass = in->photons > 0 || in->visibility.panes,
+        .straight_alone = in->photons == 0,
     };
     if (in->punctual_vpls > BD_FIRST_VPLS_MAX) return too_many(p, in->punctual_vpls);
     if (in->emitter_vpls > BD_FIRST_VPLS_MAX) return too_many(p, in->emitter_vpls);

@@ -6,6 +6,7 @@
 
 #include "base/assert.h"
 #include "pass/punctual_lanes.h"
+#include "pass/straight.h"
 
 // What sequences are for; others have those below (pass/area_samples.c).
 #define OF_PUNCTUALS 64u
@@ -16,6 +17,7 @@
 struct pick {
     uint32_t punctual, receiver;
     float share[2];
+    f3 passed; // through glass
 };
 
 struct block {
@@ -79,14 +81,12 @@ static struct bd_segment segment_to(const struct bd_area_receiver *at,
 }
 
 static void add(struct bd_area_light_found *to, const struct bd_punctual_pairs *pairs, uint32_t i,
-                float share)
+                f3 share)
 {
     const struct bd_lanes3 *irradiance = &pairs->irradiance, *beyond = &pairs->beyond;
-    to->irradiance =
-        f3_add(to->irradiance,
-               f3_scale(f3_of(irradiance->x[i], irradiance->y[i], irradiance->z[i]), share));
-    to->beyond =
-        f3_add(to->beyond, f3_scale(f3_of(beyond->x[i], beyond->y[i], beyond->z[i]), share));
+    to->irradiance = f3_add(
+        to->irradiance, f3_mul(f3_of(irradiance->x[i], irradiance->y[i], irradiance->z[i]), share));
+    to->beyond = f3_add(to->beyond, f3_mul(f3_of(beyond->x[i], beyond->y[i], beyond->z[i]), share));
 }
 
 // Of picks that nothing hides.
@@ -95,7 +95,17 @@ static void light_pairs(struct block *b, const struct pick *const picks[BD_LANES
     bd_punctual_pairs_light(&b->pairs, b->light->lambert);
     for (uint32_t i = 0; i < count; i++)
         for (int h = 0; h < 2; h++)
-            add(&b->halves[picks[i]->receiver][h], &b->pairs, i, picks[i]->share[h]);
+            add(&b->halves[picks[i]->receiver][h], &b->pairs, i,
+                f3_scale(picks[i]->passed, picks[i]->share[h]));
+}
+
+// Whether glass is all that hides a ray's light.
+static bool passes(struct block *b, uint32_t i)
+{
+    f3 *passed = &b->picks[i].passed;
+    if (!b->light->visibility->panes) return false;
+    *passed = bd_straight_along(b->light->visibility, &b->segments[i]);
+    return passed->x > 0 || passed->y > 0 || passed->z > 0;
 }
 
 static void follow(struct block *b)
@@ -106,11 +116,11 @@ static void follow(struct block *b)
     uint32_t count = 0;
     for (uint32_t i = 0; i < b->count; i++)
         b->segments[i] = segment_to(&b->at[b->picks[i].receiver], &punctuals[b->picks[i].punctual]);
-    (void)bd_rays_occluded(light->occluders, NULL, light->alpha, b->segments, b->count,
-                           b->occluded);
+    (void)bd_rays_occluded(light->visibility->occluders->rays, NULL, light->visibility->alpha,
+                           b->segments, b->count, b->occluded);
     for (uint32_t i = 0; i < b->count; i++) {
-        const struct pick *pick = &b->picks[i];
-        if (b->occluded[i / 32] >> i % 32 & 1) continue;
+        struct pick *pick = &b->picks[i];
+        if (b->occluded[i / 32] >> i % 32 & 1 && !passes(b, i)) continue;
         bd_punctual_pairs_put(&b->pairs, count, &b->at[pick->receiver], &punctuals[pick->punctual]);
         seen[count++] = pick;
         if (count == BD_LANES) {
@@ -125,7 +135,7 @@ static void follow(struct block *b)
 static void ask(struct block *b, uint32_t receiver, uint32_t punctual, float first, float second)
 {
     BD_ASSERT(b->count < b->room);
-    b->picks[b->count++] = (struct pick){punctual, receiver, {first, second}};
+    b->picks[b->count++] = (struct pick){punctual, receiver, {first, second}, {1, 1, 1}};
 }
 
 // --- choosing -----------------------------------------------------------------------------------

@@ -16,13 +16,13 @@
 
 #include "lights/punctual_tree.h"
 #include "pass/area_samples.h"
+#include "pass/visibility.h"
 
 #define BD_PUNCTUAL_BLOCK 64u // receivers, at most
 
 struct bd_punctual_light {
     const struct bd_punctual_tree *punctuals;
-    const struct bd_rays *occluders;
-    enum bd_rays_alpha alpha;
+    const struct bd_visibility_inputs *visibility; // of the processor
     uint32_t rays; // of a receiver, at least 2
     bool lambert;
     uint32_t seed;
