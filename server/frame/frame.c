@@ -564,6 +564,7 @@ enum bd_err bd_frame_render(struct bd_renderer *renderer, struct bd_scene *scene
         .report = report,
         .detail = detail,
     };
+    if (plan.panes) bd_surface_hits_init(&frame.surfaces, scene);
     const struct bd_report planned = *report;
     BD_ASSERT(!renderer->frame);
     renderer->frame = &frame;
@@ -577,6 +578,7 @@ enum bd_err bd_frame_render(struct bd_renderer *renderer, struct bd_scene *scene
         err = run_frame(&frame, layers);
     }
     bd_memo_end_frame(renderer->memo);
+    if (plan.panes) bd_surface_hits_finish(&frame.surfaces);
     renderer->frame = NULL;
     if (err) destroy_images(layers);
     report_pass_times(report, gpu);

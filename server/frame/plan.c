@@ -129,18 +129,22 @@ static double ray_count(const struct bd_plan *plan, const struct bd_frame_reques
     return pixels * plan->params.light_rays * (1 + 0.25 * (request->aa - 1));
 }
 
-// Techniques that know punctual lights alone have no other place for what those send on; papers
-// know lights one by one.
+// Techniques that know punctual lights alone have no other place for what those send on.
+static bool may_be_by_rays(const struct bd_plan *plan)
+{
+    const bool has_place =
+        !plan->technique->indirect || bd_plan_reads(plan, BD_PARAM_INDIRECT_BOUNCES);
+    return has_place && !plan->technique->is_reference && plan->params.light_rays > 0 &&
+           plan->params.lamps != BD_LAMPS_MAPS;
+}
+
+// Papers know lights one by one. A map of what a light sees first knows of no glass before it.
 static bool are_by_rays(const struct bd_plan *plan, const struct bd_scene *scene,
                         const struct bd_frame_request *request)
 {
     const struct bd_params *params = &plan->params;
-    const bool has_place =
-        !plan->technique->indirect || bd_plan_reads(plan, BD_PARAM_INDIRECT_BOUNCES);
-    if (plan->technique->is_reference || plan->light_count == 0 || params->light_rays == 0 ||
-        !has_place || params->lamps == BD_LAMPS_MAPS)
-        return false;
-    if (params->lamps == BD_LAMPS_RAYS) return true;
+    if (plan->light_count == 0 || !may_be_by_rays(plan)) return false;
+    if (params->lamps == BD_LAMPS_RAYS || plan->panes) return true;
     return !params->paper_mode && plan->light_count > PUNCTUALS_FEW &&
            map_texels(plan, scene) > TEXELS_PER_RAY * ray_count(plan, request);
 }
@@ -419,6 +423,13 @@ static bool asks(const struct bd_plan *plan, enum bd_visibility whom)
            plan->params.indirect_visibility == whom;
 }
 
+// Whether who looks for lights looks through glass. Images know of no triangles behind each other.
+static bool looks_straight(const struct bd_plan *plan, const struct bd_features *features)
+{
+    return features->has_pane && model_of(plan).transmission && may_be_by_rays(plan) &&
+           !plan->images;
+}
+
 // --- the plan -------------------------------------------------------------------------------
 
 static enum bd_err find_camera(const struct bd_scene *scene, const char *name, int32_t *out,
@@ -480,6 +491,9 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
     out->sky = renders && f->has_environment && lights & BD_LIGHTS_ENVIRONMENT;
     out->area_lights = out->emitters || out->sky;
     out->light_count = count_lights(out, scene);
+    out->images = out->technique->inputs & BD_INPUT_PHOTONS &&
+                  out->params.intersections == BD_INTERSECTIONS_IMAGES;
+    out->panes = looks_straight(out, f);
     out->punctuals_by_rays = are_by_rays(out, scene, request);
     const bool reflects = out->technique->indirect != NULL;
     const bool reflects_areas = reflects && out->area_lights &&
@@ -504,7 +518,7 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
     out->caustics = (out->final_gather || out->photons) && out->goes_on && out->params.caustics &&
                     (out->light_count > 0 || out->emitters);
     out->flux_lm = total_flux_lm(out, scene);
-    out->images = out->photons && out->params.intersections == BD_INTERSECTIONS_IMAGES;
+    out->images &= out->photons;
     out->rays = out->indirect && !out->images &&
                 (out->final_gather || out->photons || asks(out, BD_VISIBILITY_RAYS));
     out->imperfect = out->indirect && asks(out, BD_VISIBILITY_ISM);

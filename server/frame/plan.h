@@ -10,6 +10,7 @@
 
 #include "frame/report.h"
 #include "frame/request.h"
+#include "lights/interface.h"
 #include "scene/model/scene.h"
 #include "technique/technique.h"
 #include "upload/light_setup.h"
@@ -52,6 +53,8 @@ struct bd_plan {
     bool glossy;          // receivers with a specular lobe worth its price
     bool rough;           // and others, whose lobes get a few rays all the same
     bool glass;           // some surface lets light through, and the technique knows
+    bool panes;           // who looks for lights looks straight through glass: this
+    enum bd_straight straight;
     bool goes_on;         // rays and photons do, from that or from mirrors
     bool caustics;        // lamps send light to either, and photons bring it
     bool emission;        // some surface emits or is unlit

@@ -797,6 +797,7 @@ uint64_t bd_stage_key(const struct bd_subject *subject, enum bd_stage stage,
     key = bd_key_number(key, (uint64_t)stage << 32 | also);
     key = key_reads(key, subject, row->reads | also, light);
     if (stage == BD_STAGE_RAYS) key = bd_key_number(key, bd_plan_asks_processor(plan));
+    if (glass) key = bd_key_number(key, plan->panes ? 1 + (uint64_t)plan->straight : 0);
     key = bd_params_hash(&plan->params,
                          row->reads_all_params ? plan->technique->params_read : row->params, key);
     for (enum bd_stage from = 0; from < BD_STAGE_COUNT; from++)

@@ -134,6 +134,7 @@ struct bd_technique_inputs {
     const struct bd_occluders *occluders; // indirect_visibility=rays, a final gather's, photons'
     const struct bd_imperfect_view *maps; // indirect_visibility=ism
     const struct bd_env_view *images;     // intersections=images, for all of its rays
+    const struct bd_surface_hits *panes;  // where light goes straight through; NULL: nowhere
     struct bd_pool *pool;                 // for either
     bool chosen;                          // there are fewer rays than VPLs
     bool filtered;                        // what they leave noisy
@@ -237,6 +238,7 @@ bd_technique_visibility(const struct bd_technique_inputs *inputs)
     return (struct bd_visibility_inputs){.occluders = inputs->occluders,
                                          .pool = inputs->pool,
                                          .images = inputs->images,
+                                         .panes = inputs->panes,
                                          .alpha =
                                              (enum bd_rays_alpha)inputs->params->alpha_coverage};
 }
