@@ -108,6 +108,7 @@ static void add_material(struct bd_features *features, const struct bd_material 
     features->has_mirror |= bd_material_may_mirror(material);
     features->has_transmissive |= transmissive;
     features->has_pane |= bd_material_is_pane(material);
+    features->has_lens |= transmissive && !bd_material_is_pane(material);
 }
 
 static void add_primitive(struct bd_scene *scene, const struct bd_instance *instance,

@@ -237,6 +237,7 @@ struct bd_features {
     bool has_rough;    // roughness factor of at least that, and not all metal
     bool has_mirror;   // bd_material_may_mirror
     bool has_pane;     // bd_material_is_pane
+    bool has_lens;     // glass that is none: it bends or spreads what passes
     bool has_transmissive, has_emissive, has_unlit, has_environment;
     double
         punctual_flux_lm; // point and spot; directional counts its lux x the bounds' cross-section
