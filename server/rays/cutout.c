@@ -99,10 +99,10 @@ static uint32_t bits_of(float x)
     return bits;
 }
 
-float bd_cutout_draw(const float origin[3], const float direction[3], uint32_t triangle)
+float bd_rays_chance(const float a[3], const float b[3], uint32_t triangle)
 {
     uint32_t hash = stir(triangle);
-    for (int c = 0; c < 3; c++) hash = stir(hash ^ bits_of(origin[c]));
-    for (int c = 0; c < 3; c++) hash = stir(hash ^ bits_of(direction[c]));
+    for (int c = 0; c < 3; c++) hash = stir(hash ^ bits_of(a[c]));
+    for (int c = 0; c < 3; c++) hash = stir(hash ^ bits_of(b[c]));
     return (float)(hash >> 8) * 0x1p-24f;
 }

@@ -12,7 +12,4 @@
 float bd_cutout_alpha(const struct bd_scene *scene, const struct bd_primitive *primitive,
                       uint32_t triangle, float u, float v);
 
-// A number in [0, 1) that a ray and a triangle have together.
-float bd_cutout_draw(const float origin[3], const float direction[3], uint32_t triangle);
-
 #endif

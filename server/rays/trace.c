@@ -102,7 +102,7 @@ void bd_rays_filter_cutout(const struct RTCFilterFunctionNArguments *arguments)
     float least = material->alpha_mode == BD_ALPHA_MASK ? material->alpha_cutoff : 0.5f;
     bool is_there = alpha >= least;
     if (material->alpha_mode == BD_ALPHA_BLEND && context->alpha == BD_RAYS_ALPHA_COVERAGE)
-        is_there = bd_cutout_draw(context->origin, context->direction, number) < alpha;
+        is_there = bd_rays_chance(context->origin, context->direction, number) < alpha;
     if (!is_there) arguments->valid[0] = 0;
 }
 
