@@ -94,11 +94,11 @@ static inline f3 bd_diffuse_of(const struct bd_scene *scene, const struct bd_pri
                                enum bd_sends sends, float cosine)
 {
     const struct bd_material *m = &scene->materials[primitive->material];
-    if (sends == BD_SENDS_LAMBERT || (sends == BD_SENDS_DIFFUSE && m->metallic == 0))
-        return base_color;
+    const bool is_diffuse = sends == BD_SENDS_DIFFUSE || sends == BD_SENDS_DIFFUSE_BESIDE_GLASS;
+    if (sends == BD_SENDS_LAMBERT || (is_diffuse && m->metallic == 0)) return base_color;
     const f3 data = bd_map_data_at(scene, &m->metallic_roughness_map, primitive, index, u, v).rgb;
     const float metallic = m->metallic * data.z;
-    if (sends == BD_SENDS_DIFFUSE) return f3_scale(base_color, 1 - metallic);
+    if (is_diffuse) return f3_scale(base_color, 1 - metallic);
     return bd_sent_by_all(base_color, metallic, m->roughness * data.y, bd_f0_of_ior(m->ior),
                           cosine);
 }
@@ -117,16 +117,19 @@ static inline float bd_share_of_interface(const struct bd_scene *scene,
     return mirrors ? metallic : 0;
 }
 
-// Of what a surface sends on, what is left beside that, for lights that know it
-// (BD_SENDS_BESIDE_INTERFACES).
+// Of what a surface sends on, what is left beside that, for lights that know it (enum bd_sends).
 static inline f3 bd_sent_beside_interface(const struct bd_scene *scene,
                                           const struct bd_primitive *primitive,
                                           const uint32_t index[3], float u, float v,
                                           enum bd_sends sends, f3 diffuse)
 {
     const struct bd_material *m = &scene->materials[primitive->material];
-    const bool is_any = m->transmission > 0 || bd_material_may_mirror(m);
-    if (sends != BD_SENDS_BESIDE_INTERFACES || !is_any) return diffuse;
+    const bool is_glass = m->transmission > 0;
+    const bool is_told =
+        sends == BD_SENDS_DIFFUSE_BESIDE_GLASS
+            ? is_glass
+            : sends == BD_SENDS_BESIDE_INTERFACES && (is_glass || bd_material_may_mirror(m));
+    if (!is_told) return diffuse;
     const f3 data = bd_map_data_at(scene, &m->metallic_roughness_map, primitive, index, u, v).rgb;
     return f3_scale(diffuse, 1 - bd_share_of_interface(scene, primitive, index, u, v, data));
 }

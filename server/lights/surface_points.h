@@ -25,9 +25,10 @@
 
 // What of the light that comes to it a surface sends on as a diffuse one would.
 enum bd_sends {
-    BD_SENDS_DIFFUSE, // what its diffuse lobe reflects
-    BD_SENDS_LAMBERT, // its base colour: metals have such a lobe, too
-    BD_SENDS_ALL,     // what all of its BRDF reflects, of light from everywhere
+    BD_SENDS_DIFFUSE,              // what its diffuse lobe reflects
+    BD_SENDS_DIFFUSE_BESIDE_GLASS, // the same, but for what passes
+    BD_SENDS_LAMBERT,              // its base colour: metals have such a lobe, too
+    BD_SENDS_ALL,                  // what all of its BRDF reflects, of light from everywhere
     // The same, but for what goes on at glass and mirrors (lights/interface.h).
     BD_SENDS_BESIDE_INTERFACES,
     // Nothing is asked of what it sends on, but that it hides what is behind it: what is unlit has
