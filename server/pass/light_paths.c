@@ -108,7 +108,7 @@ static enum bd_err light_points(struct paths *p)
     return err;
 }
 
-// What comes to them of the sky through glass, where no segment to it is free.
+// What comes to them of the sky round by glass, along which no segment to it goes.
 static enum bd_err light_behind(struct paths *p)
 {
     const struct bd_light_paths_inputs *in = p->inputs;
@@ -364,7 +364,10 @@ static enum bd_err find_points(struct paths *p)
     if (!err) err = make_room(p);
     if (!err && p->sampling.lights && bd_area_lights_shine(p->sampling.lights))
         err = light_points(p);
-    if (!err && in->glass && in->lights && in->lights->sky.shines) err = light_behind(p);
+    const bool looks_through_all =
+        in->visibility.panes && in->visibility.straight == BD_STRAIGHT_ALL;
+    if (!err && in->glass && !looks_through_all && in->lights && in->lights->sky.shines)
+        err = light_behind(p);
     if (!err && (in->reflections > 0 || in->punctuals_fall || in->walk_vpls > 0)) err = walk(p);
     return err ? err : bd_slicer_pause(p->context.slicer);
 }

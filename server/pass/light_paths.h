@@ -64,7 +64,7 @@ struct bd_light_paths_inputs {
     enum bd_vpl_kernel kernel;
     double near_field;   // as in pass/vpl_grid.h
     enum bd_sends sends; // what surfaces do
-    bool glass;          // for a final gather: light goes through it
+    bool glass;          // light goes through it
     uint32_t photons;    // that lamps send there; 0: none
     uint32_t root_side;  // of a tree over them, `count` a square of a power of two; 0: none
 };

@@ -15,11 +15,20 @@ static size_t bytes_of(const struct bd_shadow_points *points)
     return (size_t)points->per_set * BD_SURFACE_POINT_SETS * sizeof *points->points;
 }
 
-static void put_in_sets(const struct bd_surface_points *spread, struct bd_shadow_points *points)
+static bool is_glass(const struct bd_surface_hits *hits, uint32_t triangle)
+{
+    if (!hits) return false;
+    const int32_t material = bd_surface_hit_of(hits, triangle).primitive->material;
+    return hits->scene->materials[material].transmission > 0;
+}
+
+static void put_in_sets(const struct bd_surface_points *spread, const struct bd_surface_hits *glass,
+                        struct bd_shadow_points *points)
 {
     const float radius2 = COVERS * spread->area * (float)BD_SURFACE_POINT_SETS / F_PI;
     for (uint32_t i = 0; i < spread->count; i++) {
         const struct bd_surface_point *from = &spread->points[i];
+        if (is_glass(glass, from->triangle)) continue;
         const size_t set = from->number % BD_SURFACE_POINT_SETS;
         const f3 place = from->position, n = from->normal;
         points->points[set * points->per_set + from->number / BD_SURFACE_POINT_SETS] =
@@ -28,14 +37,14 @@ static void put_in_sets(const struct bd_surface_points *spread, struct bd_shadow
 }
 
 static enum bd_err make(const struct bd_pass_context *context,
-                        const struct bd_surface_points *spread, struct bd_shadow_points *points,
-                        struct bd_err_detail *detail)
+                        const struct bd_surface_points *spread, const struct bd_surface_hits *glass,
+                        struct bd_shadow_points *points, struct bd_err_detail *detail)
 {
     points->points = calloc(bytes_of(points), 1);
     if (!points->points)
         return bd_err_set(detail, BD_ERR_NO_MEMORY, "ism_points", "no memory for %u points",
                           points->per_set);
-    put_in_sets(spread, points);
+    put_in_sets(spread, glass, points);
     if (context->processor) return BD_ERR_OK;
     return bd_buf_create(context->gpu, "shadow points", bytes_of(points), points->points,
                          &points->buf, detail);
@@ -43,8 +52,8 @@ static enum bd_err make(const struct bd_pass_context *context,
 
 enum bd_err bd_shadow_points_run(const struct bd_pass_context *context,
                                  const struct bd_scene *scene, uint32_t per_set,
-                                 enum bd_rays_alpha alpha, struct bd_shadow_points **out,
-                                 struct bd_err_detail *detail)
+                                 enum bd_rays_alpha alpha, const struct bd_surface_hits *glass,
+                                 struct bd_shadow_points **out, struct bd_err_detail *detail)
 {
     struct bd_surface_points spread;
     const enum bd_sends hide =
@@ -58,7 +67,7 @@ enum bd_err bd_shadow_points_run(const struct bd_pass_context *context,
     struct bd_shadow_points *points = *out = calloc(1, sizeof *points);
     BD_ASSERT(points);
     points->per_set = per_set;
-    err = make(context, &spread, points, detail);
+    err = make(context, &spread, glass, points, detail);
     bd_surface_points_finish(&spread);
     if (err) bd_shadow_points_destroy(context->gpu, out);
     return err;

@@ -13,7 +13,7 @@
 #ifndef BD_PASS_SHADOW_POINTS_H
 #define BD_PASS_SHADOW_POINTS_H
 
-#include "lights/surface_points.h"
+#include "lights/surface_hits.h"
 #include "pass/pass.h"
 #include "rays/rays.h"
 #include "shared/imperfect_shadows.h"
@@ -29,12 +29,12 @@ struct bd_shadow_points {
     struct bd_buf *buf;             // the same for a device; NULL where the processor has loops
 };
 
-// `per_set`: BD_SHADOW_POINTS_MIN to _MAX.
+// `per_set`: BD_SHADOW_POINTS_MIN to _MAX. `glass` hides nothing; NULL: it does.
 BD_MUST_CHECK
 enum bd_err bd_shadow_points_run(const struct bd_pass_context *context,
                                  const struct bd_scene *scene, uint32_t per_set,
-                                 enum bd_rays_alpha alpha, struct bd_shadow_points **out,
-                                 struct bd_err_detail *detail);
+                                 enum bd_rays_alpha alpha, const struct bd_surface_hits *glass,
+                                 struct bd_shadow_points **out, struct bd_err_detail *detail);
 void bd_shadow_points_destroy(struct bd_gpu *gpu, struct bd_shadow_points **points);
 uint64_t bd_shadow_points_bytes(const struct bd_shadow_points *points);
 

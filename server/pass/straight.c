@@ -126,6 +126,32 @@ enum bd_err bd_straight_ask(const struct bd_pass_context *context,
     return bd_receivers_each(context, (uint32_t)((count + 31) / 32), UNITS_PER_WORD, pass_word, &a);
 }
 
+// --- by chance ----------------------------------------------------------------------------------
+
+static bool is_passed(const struct bd_visibility_inputs *v, const struct bd_segment *s)
+{
+    const f3 passed = bd_straight_along(v, s);
+    const float mean = (passed.x + passed.y + passed.z) / 3;
+    return mean > 0 && bd_rays_chance(s->from, s->to, s->to_triangle) < mean;
+}
+
+static void draw_word(void *user, uint32_t word)
+{
+    const struct asked *a = user;
+    const size_t first = 32 * (size_t)word;
+    for (size_t i = first; i < first + 32 && i < a->count; i++)
+        if (a->occluded[word] >> i % 32 & 1 && is_passed(a->visibility, &a->segments[i]))
+            a->occluded[word] &= ~(1u << i % 32);
+}
+
+void bd_straight_by_chance(const struct bd_visibility_inputs *visibility,
+                           const struct bd_segment *segments, size_t count, uint32_t *occluded)
+{
+    struct asked a = {visibility, segments, count, occluded, NULL, 0};
+    if (bd_pool_run(visibility->pool, (uint32_t)((count + 31) / 32), draw_word, NULL, &a))
+        return; // nobody stops it
+}
+
 // --- many rays ----------------------------------------------------------------------------------
 
 struct followed {

@@ -21,6 +21,11 @@
 f3 bd_straight_along(const struct bd_visibility_inputs *visibility,
                      const struct bd_segment *segment);
 
+// Clears bits of segments that something hides as often as light passes them: of its colours the
+// mean. Without a context: all threads of the pool at once.
+void bd_straight_by_chance(const struct bd_visibility_inputs *visibility,
+                           const struct bd_segment *segments, size_t count, uint32_t *occluded);
+
 // As bd_visibility_ask, and what segments bring is less by the glass between: of each `parts` of
 // `brought`. A bit is set where nothing comes. In slices of their own.
 BD_MUST_CHECK

@@ -5,6 +5,7 @@
 
 #include "base/assert.h"
 #include "base/clock.h"
+#include "pass/straight.h"
 
 enum bd_err bd_segments_create(struct bd_gpu *gpu, size_t count_max, struct bd_segments **out,
                                struct bd_err_detail *detail)
@@ -94,6 +95,8 @@ static enum bd_err ask_rays(const struct bd_pass_context *context,
         const uint64_t start_ns = bd_clock_ns();
         traced->count += bd_rays_occluded(inputs->occluders->rays, inputs->pool, inputs->alpha,
                                           segments + at, rays, occluded + at / 32);
+        if (inputs->panes && inputs->by_chance)
+            bd_straight_by_chance(inputs, segments + at, rays, occluded + at / 32);
         traced->ms += bd_ms_since(start_ns);
         err = bd_slicer_checkpoint(context->slicer, (double)rays);
     }

@@ -29,6 +29,9 @@ struct bd_visibility_inputs {
     // Of who looks for lights (pass/straight.h): where glass is, through which of it they look.
     const struct bd_surface_hits *panes; // NULL: through none
     enum bd_straight straight;
+    // Who asks for an answer alone is told that such a segment is free as often as light passes it,
+    // by a hash of the segment.
+    bool by_chance;
 };
 
 // Whether the processor answers by itself: what is for its loops has not to go by the device.
