@@ -30,6 +30,7 @@
     X(glossy_as_diffuse, false, "glossy surfaces reflect indirect light as diffuse ones")          \
     X(blend_as_mask, false, "partly transparent surfaces are there or not")                        \
     X(transmission_as_opaque, false, "glass is opaque")                                            \
+    X(transmission_shadow, false, "light goes straight through glass that would bend it")          \
     X(rsm_size_reduced, false, "maps of lights are smaller than asked for")                        \
     X(ism_size_reduced, false, "imperfect shadow maps are smaller than asked for")                 \
     X(ism_shared, false, "virtual lights share imperfect shadow maps")                             \

@@ -343,7 +343,9 @@ static void flag_what_is_not_honoured(const struct bd_plan *plan, const struct b
     if (plan->unoccluded) bd_report_flag(report, "%s", BD_FLAG_UNOCCLUDED);
     if (f->has_blend && !model.coverage) bd_report_flag(report, "blend_as_mask");
     if (f->has_transmissive && !model.transmission)
-        bd_report_flag(report, "transmission_as_opaque");
+        bd_report_flag(report, "transmission_as_opaque%s", plan->panes ? ": as it is seen" : "");
+    if (plan->panes && plan->straight == BD_STRAIGHT_ALL && f->has_lens)
+        bd_report_flag(report, "transmission_shadow");
     if (plan->indirect && f->has_glossy && !plan->params.lambert && !model.glossy_receivers)
         bd_report_flag(report, "glossy_as_diffuse: of indirect light");
     if (bd_plan_has(plan, BD_STAGE_RSM) && some_map_is_reduced(plan, scene))
@@ -423,11 +425,13 @@ static bool asks(const struct bd_plan *plan, enum bd_visibility whom)
            plan->params.indirect_visibility == whom;
 }
 
-// Whether who looks for lights looks through glass. Images know of no triangles behind each other.
+// Whether who looks for lights looks through glass. Who follows light round lenses leaves those
+// out. Images know of no triangles behind each other.
 static bool looks_straight(const struct bd_plan *plan, const struct bd_features *features)
 {
-    return features->has_pane && model_of(plan).transmission && may_be_by_rays(plan) &&
-           !plan->images;
+    const bool has_any =
+        features->has_pane || (plan->straight == BD_STRAIGHT_ALL && features->has_lens);
+    return has_any && may_look_through(plan) && may_be_by_rays(plan) && !plan->images;
 }
 
 // --- the plan -------------------------------------------------------------------------------
@@ -493,6 +497,9 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
     out->light_count = count_lights(out, scene);
     out->images = out->technique->inputs & BD_INPUT_PHOTONS &&
                   out->params.intersections == BD_INTERSECTIONS_IMAGES;
+    out->straight = out->technique->inputs & (BD_INPUT_FINAL_GATHER | BD_INPUT_PHOTONS)
+                        ? BD_STRAIGHT_PANES
+                        : BD_STRAIGHT_ALL;
     out->panes = looks_straight(out, f);
     out->punctuals_by_rays = are_by_rays(out, scene, request);
     const bool reflects = out->technique->indirect != NULL;

@@ -474,7 +474,7 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
             .from = STAGE(RAYS) | STAGE(EMITTERS) | STAGE(LAMPS),
             .reads = READS_PLACES | ASPECT(SIDES) | ASPECT(COLOUR) | ASPECT(METALNESS) |
                      BD_READ_UNIT | BD_READ_PATH_COUNT | BD_READ_PHOTON_SEED,
-            .glass = ASPECT(MEDIUM),
+            .glass = ASPECT(MEDIUM) | ASPECT(ROUGHNESS),
             .walking = BD_READ_LIGHT_SHAPE | BD_READ_LIGHT_POWER,
             .gathering = ASPECT(ROUGHNESS),
             .params = PARAMS_OF_VPL | PARAM(BRDF) | PARAM(ALPHA) | PARAM(EXECUTOR) |
@@ -517,6 +517,7 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
             .pass = "shadow_points",
             .is_needed = has_imperfect_shadows,
             .reads = READS_PLACES,
+            .glass = ASPECT(MEDIUM),
             .params = PARAM(ISM_POINTS) | PARAM(ALPHA) | PARAM(EXECUTOR),
             KEEPS(shadow_points, frame, shadow_points, bd_run_shadow_points),
         },
@@ -568,7 +569,7 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
                     STAGES_OF_SCREEN,
             .reads = BD_READ_SEED,
             .glossy = READS_BRDF,
-            .glass = ASPECT(MEDIUM),
+            .glass = READS_BRDF | ASPECT(MEDIUM),
             .reads_all_params = true,
             .brackets_itself = true,
             KEEPS(indirect, frame, made.indirect, bd_run_indirect),
@@ -791,13 +792,15 @@ uint64_t bd_stage_key(const struct bd_subject *subject, enum bd_stage stage,
     const uint32_t gathering = plan->final_gather ? row->gathering : 0;
     const uint32_t tracing = plan->tracing != BD_TRACING_NONE ? row->tracing : 0;
     const uint32_t glossy = plan->glossy || plan->rough ? row->glossy : 0;
-    const uint32_t glass = plan->glass ? row->glass : 0;
+    const uint32_t glass = plan->glass || plan->panes ? row->glass : 0;
     const uint32_t also = glossy | glass | walking | gathering | tracing;
     uint64_t key = bd_key_begin(row->reads_all_params ? plan->technique->name : "");
     key = bd_key_number(key, (uint64_t)stage << 32 | also);
     key = key_reads(key, subject, row->reads | also, light);
     if (stage == BD_STAGE_RAYS) key = bd_key_number(key, bd_plan_asks_processor(plan));
-    if (glass) key = bd_key_number(key, plan->panes ? 1 + (uint64_t)plan->straight : 0);
+    if (glass)
+        key = bd_key_number(key, (uint64_t)plan->glass | (uint64_t)plan->panes << 1 |
+                                     (uint64_t)plan->straight << 2);
     key = bd_params_hash(&plan->params,
                          row->reads_all_params ? plan->technique->params_read : row->params, key);
     for (enum bd_stage from = 0; from < BD_STAGE_COUNT; from++)

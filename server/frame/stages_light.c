@@ -196,8 +196,9 @@ enum bd_err bd_run_light_paths(struct bd_frame *frame, struct bd_frame_light *li
         .sends = plan->params.lambert                  ? BD_SENDS_LAMBERT
                  : plan->goes_on && plan->final_gather ? BD_SENDS_BESIDE_INTERFACES
                  : plan->final_gather                  ? BD_SENDS_ALL
+                 : plan->panes                         ? BD_SENDS_DIFFUSE_BESIDE_GLASS
                                                        : BD_SENDS_DIFFUSE,
-        .glass = plan->goes_on && plan->final_gather,
+        .glass = plan->final_gather ? plan->goes_on : plan->panes,
         .photons = plan->caustics ? plan->params.photons : 0,
         .root_side = bd_plan_light_path_root_side(plan),
     };
@@ -316,9 +317,11 @@ uint32_t bd_stage_gathered_lists(const struct bd_frame *frame, const struct bd_v
 enum bd_err bd_run_shadow_points(struct bd_frame *frame, struct bd_frame_light *light)
 {
     (void)light;
-    const struct bd_params *params = &frame->plan->params;
-    return bd_shadow_points_run(&frame->context, frame->snapshot, params->ism_points,
-                                (enum bd_rays_alpha)params->alpha_coverage, &frame->shadow_points,
+    const struct bd_plan *plan = frame->plan;
+    const bool looks_through_all = plan->panes && plan->straight == BD_STRAIGHT_ALL;
+    return bd_shadow_points_run(&frame->context, frame->snapshot, plan->params.ism_points,
+                                (enum bd_rays_alpha)plan->params.alpha_coverage,
+                                looks_through_all ? &frame->surfaces : NULL, &frame->shadow_points,
                                 frame->detail);
 }
 

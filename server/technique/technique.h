@@ -135,6 +135,7 @@ struct bd_technique_inputs {
     const struct bd_imperfect_view *maps; // indirect_visibility=ism
     const struct bd_env_view *images;     // intersections=images, for all of its rays
     const struct bd_surface_hits *panes;  // where light goes straight through; NULL: nowhere
+    enum bd_straight straight;
     struct bd_pool *pool;                 // for either
     bool chosen;                          // there are fewer rays than VPLs
     bool filtered;                        // what they leave noisy
@@ -239,6 +240,7 @@ bd_technique_visibility(const struct bd_technique_inputs *inputs)
                                          .pool = inputs->pool,
                                          .images = inputs->images,
                                          .panes = inputs->panes,
+                                         .straight = inputs->straight,
                                          .alpha =
                                              (enum bd_rays_alpha)inputs->params->alpha_coverage};
 }
@@ -250,6 +252,7 @@ bd_technique_vpl_visibility(const struct bd_technique_inputs *inputs)
     struct bd_visibility_inputs visibility = bd_technique_visibility(inputs);
     visibility.maps = inputs->maps;
     visibility.nothing_hides = inputs->params->indirect_visibility == BD_VISIBILITY_NONE;
+    visibility.by_chance = inputs->straight == BD_STRAIGHT_ALL;
     return visibility;
 }
 
