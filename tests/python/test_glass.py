@@ -151,9 +151,10 @@ def test_a_room_behind_a_window_is_lit(client, tmp_path, shines):
 
 def test_who_does_not_know_glass_says_so(client, tmp_path):
     scene = add(client, tmp_path, [(sphere(16), GLASS), (pane(-3, 9), lamp(1))])
-    for technique, knows in (("many_light", True), ("ssbc", True), ("direct", True), ("hisr", False)):
+    for technique, knows, bends in (("many_light", True, True), ("ssbc", True, True), ("direct", True, False), ("hisr", False, False)):
         flags = scene.render(size=(8, 8), technique=technique).report["flags"]
         assert any("transmission_as_opaque" in flag for flag in flags) != knows
+        assert ("transmission_shadow" in flags) != bends
     flags = scene.render(size=(8, 8), technique="many_light", parameters={"brdf": "lambert"}).report["flags"]
     assert any("transmission_as_opaque" in flag for flag in flags)
 
@@ -185,11 +186,11 @@ def floor_light(scene, size=(64, 64), technique="many_light", layers=("direct", 
 
 
 TINTED = {**THIN, "pbrMetallicRoughness": {**THIN["pbrMetallicRoughness"], "baseColorFactor": [.5, .8, 1, 1]}}
-KNOW_GLASS = ("direct", "many_light", "ssbc", "photon")
+LOOK_THROUGH = ("direct", "many_light", "ssbc", "photon", "rsm", "isr", "hisr", "multires_gather")
 
 
 @pytest.mark.parametrize("light", LIGHTS, ids=lambda light: light["type"])
-@pytest.mark.parametrize("technique", KNOW_GLASS)
+@pytest.mark.parametrize("technique", LOOK_THROUGH)
 def test_lamps_shine_straight_through_panes(client, tmp_path, light, technique):
     """Direct light, at each pixel: by what Schlick has two panes reflect, and by the colour of one of them."""
     floor, seen = (pane(0, 9), GREY), {}
@@ -203,6 +204,21 @@ def test_lamps_shine_straight_through_panes(client, tmp_path, light, technique):
     lit = disc & (seen["bare"] > 0)
     assert lit.sum() > 100
     assert numpy.abs(seen["glazed"][lit] / (seen["bare"] * passed)[lit] - 1).max() < 2e-3
+
+
+def test_virtual_lights_shine_through_panes(client, tmp_path):
+    """A ceiling that a floor lights by way of a pane, as the reference has it: techniques without rays of their own."""
+    ceiling = (pane(5, 9, facing=-1), GREY)
+    still = {**THIN, "extensions": {**THIN["extensions"], "KHR_materials_ior": {"ior": 1}}}  # next to no mirror of the lamp
+    scene = add(client, tmp_path, [(pane(0, 9), GREY), ceiling, (pane(2, 9), still), (pane(4, .5, facing=-1), lamp(10))])
+    up = {"size": SIZE, "layers": ["indirect"], "pose": bounced.Pose((3, 0, 3), (0, 0, 5), yfov=.7)}
+    def lit(technique, **parameters):
+        return scene.render(technique=technique, parameters=parameters, **up).layers["indirect"][..., :3].astype(float).mean((0, 1))
+    truth, hidden = lit("reference", spp=512), {"indirect_visibility": "rays", "indirect_bounces": 8}
+    for technique, more in (("rsm", hidden), ("multires_gather", hidden), ("hisr", hidden), ("rsm", {**hidden, "indirect_visibility": "ism"})):
+        seen = lit(technique, **more)
+        print(technique, more, seen / truth)
+        assert seen.mean() == pytest.approx(truth.mean(), rel=.06)
 
 
 SHINES = {"point": {"light": LIGHTS[0]}, "lamp": {"lamp": True}, "sky": {"sky": (1, 1, 1)}}
@@ -299,19 +315,22 @@ def test_extreme_glass_has_numbers(client, tmp_path, case, scale):
     assert numpy.isfinite(picture).all() and picture.min() >= 0 and picture.max() < 60
 
 
+EDITED = {"many_light": {"photons": 2048}, "ssbc": {"photons": 2048}, "direct": {}, "hisr": {}, "rsm": {"indirect_visibility": "rays"}, "isr": {"indirect_visibility": "ism"}}
+
+
 @pytest.mark.parametrize("shines", [{"light": LIGHTS[0]}, {"sky": (1, 1, 1)}], ids=["lamp", "sky"])
 def test_glass_that_is_edited_is_as_if_made_so(client, tmp_path, shines):
     """Whatever a frame keeps of earlier ones, of techniques that know glass and of others."""
     scene = add(client, tmp_path, [(pane(0, 9), GREY), (sphere(16), GLASS)], **shines)
-    asked = {"size": (32, 32), "layers": ["beauty"], "pose": bounced.Pose(**BESIDE)}
+    asked = {"size": (16, 16), "layers": ["beauty"], "pose": bounced.Pose(**BESIDE)}
     glass, before = scene.objects("material")[1]["id"], None
     for fields in ({}, {"transmission": .5}, {"ior": 1.2}, {"attenuation_distance": .3, "attenuation_color": (.5, .2, .1)}, {"thickness": 0},
                    {"roughness": .3}, {"transmission": 0}):
         with scene.edit() as edit:
             if fields:
                 edit.set_material(glass, **fields)
-        kept = {name: scene.render(technique=name, **asked).layers["beauty"] for name in ("many_light", "hisr", "ssbc", "direct")}
+        kept = {name: scene.render(technique=name, parameters=more, **asked).layers["beauty"] for name, more in EDITED.items()}
         for name, picture in kept.items():
-            assert numpy.array_equal(picture, scene.render(technique=name, fresh="all", **asked).layers["beauty"]), (fields, name)
+            assert numpy.array_equal(picture, scene.render(technique=name, parameters=EDITED[name], fresh="all", **asked).layers["beauty"]), (fields, name)
         assert before is None or not numpy.array_equal(kept["many_light"], before), fields
         before = kept["many_light"]
