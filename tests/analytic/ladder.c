@@ -2,9 +2,9 @@
 // before.
 //
 // What a rung costs is worked out, not timed: evaluations of a VPL, from the numbers that frames
-// report. Blocks are counted with few VPLs, since they hardly depend on how many there are; VPLs of
-// a light's blocks in a picture of a pixel. Of a tree's cuts nothing is reported: there the
-// processor's time is taken.
+// report. Blocks are counted with few VPLs and photons, since they hardly depend on how many there
+// are; VPLs of a light's blocks in a picture of a pixel. Of a tree's cuts nothing is reported:
+// there the processor's time is taken.
 
 #include <setjmp.h>
 #include <stdarg.h>
@@ -96,6 +96,7 @@ static double part_of_pixels(struct world *w, const struct bd_technique *techniq
     double ms;
     set(&few, "vpls", "64");
     set(&few, "cluster_levels", "0");
+    set(&few, "photons", "1024");
     struct bd_report report = render(w, technique, &few, side_px, &ms);
     return (double)report.counts.fragments / (side_px * side_px);
 }
@@ -103,8 +104,10 @@ static double part_of_pixels(struct world *w, const struct bd_technique *techniq
 static double vpls_of(struct world *w, const struct bd_technique *technique,
                       const struct bd_param_list *rung)
 {
+    struct bd_param_list few = *rung;
     double ms;
-    return (double)render(w, technique, rung, 1, &ms).counts.vpls;
+    set(&few, "photons", "1024");
+    return (double)render(w, technique, &few, 1, &ms).counts.vpls;
 }
 
 // Where each walks a tree.

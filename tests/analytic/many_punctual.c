@@ -135,7 +135,7 @@ static void each_kind_gives_what_gltf_says(void **state)
 static void few_lamps_are_exact(void **state)
 {
     struct world *w = *state;
-    build_room(w, 0, 12, 1);
+    build_room(w, 0, 5, 1);
     struct bd_image *rays = direct_of(w, by_rays), *maps = direct_of(w, by_maps);
     uint32_t off = 0;
     for (size_t i = 0; i < 3 * SIDE * SIDE; i++)

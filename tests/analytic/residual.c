@@ -293,7 +293,7 @@ static void a_ceiling_gives_back_what_is_near(void **state)
                      (const double[]){1, CEILING_M / 2, 0}, 2.7);
     struct view view = view_open(w);
     double looked;
-    view_look(&view, 0, 2 * SIDE, 2 * SIDE, true);
+    view_look(&view, 0, 3 * SIDE / 2, 3 * SIDE / 2, true);
     float *got = give_back(&view, &usual, &looked);
     check(&view, got, judges_floor, .3, .03);
     free(got);
