@@ -392,3 +392,13 @@ bool bd_bsdf_sample(const struct bd_bsdf *bsdf, const float u[3], struct bd_bsdf
     if (u[2] < p) return sample_micro(bsdf, u, u[2] / p, out);
     return sample_diffuse(bsdf, u, out);
 }
+
+bool bd_bsdf_straight(const struct bd_bsdf *bsdf, float out[3], float *chance)
+{
+    const struct bd_surface *s = &bsdf->surface;
+    if (s->lambert || !s->thin || s->roughness > 0 || !(bsdf->transmissive > 0)) return false;
+    const struct facet facet = facet_at(bsdf, bsdf->o[2]);
+    bd_vec3f_scale(out, s->base_color, facet.through);
+    *chance = bsdf->micro_probability * (1 - facet.q);
+    return out[0] > 0 || out[1] > 0 || out[2] > 0;
+}

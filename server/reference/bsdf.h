@@ -92,6 +92,10 @@ static inline bool bd_bsdf_is_reached(const struct bd_surface *s, const float wi
 // `u`: three independent uniform numbers in [0, 1). False: the sample is absorbed.
 bool bd_bsdf_sample(const struct bd_bsdf *bsdf, const float u[3], struct bd_bsdf_sample *out);
 
+// What passes straight on to `wo`, of each colour, and the chance with which bd_bsdf_sample would
+// have let it. False: nothing does, or not straight. Smooth thin walls alone.
+bool bd_bsdf_straight(const struct bd_bsdf *bsdf, float out[3], float *chance);
+
 // True if every lobe is a delta lobe: nothing can be evaluated, only sampled.
 static inline bool bd_bsdf_is_delta(const struct bd_surface *surface)
 {

@@ -47,6 +47,8 @@ enum bd_err bd_reference_find_smooth(struct bd_reference *reference, struct bd_e
     for (uint32_t i = 0; i < scene->material_count; i++) {
         reference->smooth[i] = is_smooth(scene, &scene->materials[i]);
         reference->has_smooth |= reference->smooth[i];
+        reference->has_panes |= reference->smooth[i] && scene->materials[i].transmission > 0 &&
+                                !(scene->materials[i].thickness_m > 0);
     }
     return BD_ERR_OK;
 }
@@ -73,6 +75,9 @@ bool bd_path_leave_light(struct bd_path *path, const float choice, const float u
     if (!bd_punctual_illuminates(punctuals, punctual, out->at.position, light)) return false;
     bd_vec3f_copy(out->towards_light, light->direction);
     out->passed = 0;
+    out->punctual = punctual;
+    out->straight = bd_path_looks_straight(path);
+    out->way = bd_straight_free;
     if (!(light->pdf > 0)) return false;
     bd_vec3f_scale(out->flux, light->normal_illuminance, 1 / light->pdf);
     return true;
@@ -111,6 +116,9 @@ bool bd_path_pass_on(struct bd_path *path, struct bd_carried *carried)
     const float u[3] = {of_hash(path), of_hash(path), of_hash(path)};
     struct bd_bsdf_sample sample;
     if (!bd_bsdf_sample(&vertex.bsdf, u, &sample) || !sample.delta) return false;
+    carried->straight &=
+        sample.transmitted &&
+        bd_path_add_pane(path, &carried->at, carried->towards_light, &carried->way);
     struct bd_ray ray;
     bd_path_ray(path, &vertex, sample.wi, INFINITY, &ray);
     if (!bd_path_intersect(path, &ray, &carried->at)) return false;
@@ -118,7 +126,7 @@ bool bd_path_pass_on(struct bd_path *path, struct bd_carried *carried)
     bd_vec3f_scale(carried->flux, carried->flux, index_squared(&vertex.bsdf.surface, &sample));
     bd_path_absorb(&vertex, sample.wi, NULL, carried->at.distance, carried->flux);
     bd_vec3f_scale(carried->towards_light, sample.wi, -1);
-    carried->passed++;
+    carried->passed += !carried->straight;
     return carried->flux[0] > 0 || carried->flux[1] > 0 || carried->flux[2] > 0;
 }
 
@@ -198,5 +206,5 @@ void bd_reference_light_path(const struct bd_reference *reference,
     bd_sampler_pair(&path.sampler, BD_PAIR_LIGHT_CHOICE, choice);
     if (!bd_path_leave_light(&path, choice[0], u, &carried, &light)) return;
     while (carried.passed < integrand->bounces_max && bd_path_pass_on(&path, &carried))
-        join_eye(&path, &carried, &landing);
+        if (!carried.straight) join_eye(&path, &carried, &landing);
 }

@@ -23,6 +23,18 @@ bool bd_path_has_light_vertices(const struct bd_path *path, uint32_t events)
            events - 1 <= integrand->bounces_max;
 }
 
+// Behind panes, where the light is sought, too: what it gives there, and how often so.
+static bool look_back(const struct bd_path *path, const struct bd_carried *carried,
+                      struct bd_illumination *light)
+{
+    if (!bd_punctual_illuminates(&path->reference->punctuals, carried->punctual,
+                                 carried->at.position, light))
+        return false;
+    bd_vec3f_filter(light->normal_illuminance, light->normal_illuminance, carried->way.passed);
+    light->pdf *= carried->way.chance;
+    return true;
+}
+
 // Behind what is smooth: its flux, as of a light that gives that much to an area of 1 across it.
 static void trace_through(struct bd_path *path, struct bd_carried *carried,
                           struct bd_light_vertex *v)
@@ -38,6 +50,7 @@ static void trace_through(struct bd_path *path, struct bd_carried *carried,
         v->light.distance = 0; // what lies between has absorbed its part
         v->light.pdf = 1;
     }
+    if (carried->straight && !look_back(path, carried, &v->light)) return;
     v->pdf = v->light.pdf * fabsf(bd_vec3f_dot(v->at.hit.normal_geometric, v->light.direction));
     v->found = v->pdf > 0;
 }

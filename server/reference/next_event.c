@@ -187,21 +187,21 @@ static void spread(struct bd_path *path, const struct bd_vertex *vertex, struct 
 }
 
 static bool reaches_punctual(struct bd_path *path, const struct bd_vertex *vertex,
-                             const struct candidate *chosen)
+                             const struct candidate *chosen, struct bd_straight_way *way)
 {
-    const struct bd_reference *reference = path->reference;
+    struct bd_ray ray;
     if (chosen->punctual->kind != BD_LIGHT_DIRECTIONAL) {
         bd_dvec3 at = chosen->punctual->position;
         float target[3] = {(float)at.x, (float)at.y, (float)at.z};
         if (path->lamp_radius > 0)
             bd_vec3f_add_scaled(target, vertex->position, chosen->light.direction,
                                 chosen->light.distance);
-        return bd_path_sees(path, vertex, target);
+        bd_path_ray_to(path, vertex, target, &ray);
+    } else {
+        const float across = 4 * (float)path->reference->geometry.radius;
+        bd_path_ray(path, vertex, chosen->light.direction, across, &ray);
     }
-    float across = 4 * (float)reference->geometry.radius;
-    struct bd_ray ray;
-    bd_path_ray(path, vertex, chosen->light.direction, across, &ray);
-    return !bd_geometry_is_blocked(&reference->geometry, &ray);
+    return bd_path_passes(path, &ray, way);
 }
 
 // What scattering towards the vertex has to itself, when light vertices find it, too.
@@ -218,12 +218,15 @@ void bd_path_add_punctuals(struct bd_path *path, const struct bd_vertex *vertex,
     if (!is_lit_by(path, BD_REFERENCE_PUNCTUAL) || path->reference->punctuals.count == 0) return;
     if (bd_bsdf_is_delta(&vertex->bsdf.surface)) return;
     struct candidate chosen;
+    struct bd_straight_way way;
     if (!choose_punctual(path, vertex, &chosen)) return;
     spread(path, vertex, &chosen);
-    if (!reaches_punctual(path, vertex, &chosen)) return;
+    if (!reaches_punctual(path, vertex, &chosen, &way)) return;
     if (!chosen.has_value) evaluate(vertex, &chosen);
+    chosen.light.pdf *= way.chance;
     float weight = found_weight(path, vertex, &chosen.light, found_pdf);
     bd_vec3f_scale(chosen.value, chosen.value, weight);
+    bd_vec3f_filter(chosen.value, chosen.value, way.passed);
     bd_path_absorb(vertex, chosen.light.direction, NULL, chosen.light.distance, chosen.value);
     bd_path_add(path, path->events + 1, chosen.value);
 }

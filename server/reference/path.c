@@ -94,14 +94,57 @@ void bd_path_ray(struct bd_path *path, const struct bd_vertex *vertex, const flo
     bd_vec3f_copy(out->direction, direction);
 }
 
-bool bd_path_sees(struct bd_path *path, const struct bd_vertex *vertex, const float target[3])
+void bd_path_ray_to(struct bd_path *path, const struct bd_vertex *vertex, const float target[3],
+                    struct bd_ray *out)
 {
     float direction[3];
     bd_vec3f_add_scaled(direction, target, vertex->position, -1);
+    bd_path_ray(path, vertex, direction, 1, out);
+    bd_vec3f_add_scaled(out->direction, target, out->origin, -1);
+}
+
+bool bd_path_sees(struct bd_path *path, const struct bd_vertex *vertex, const float target[3])
+{
     struct bd_ray ray;
-    bd_path_ray(path, vertex, direction, 1, &ray);
-    bd_vec3f_add_scaled(ray.direction, target, ray.origin, -1);
+    bd_path_ray_to(path, vertex, target, &ray);
     return !bd_geometry_is_blocked(&path->reference->geometry, &ray);
+}
+
+// --- through panes ------------------------------------------------------------------------------
+
+// More of them are dark.
+#define PANES_MAX 32
+
+const struct bd_straight_way bd_straight_free = {{1, 1, 1}, 1};
+
+bool bd_path_add_pane(const struct bd_path *path, const struct bd_intersection *at,
+                      const float wo[3], struct bd_straight_way *way)
+{
+    struct bd_vertex pane;
+    float passed[3], chance;
+    if (!path->reference->smooth[at->hit.primitive->material]) return false;
+    bd_path_vertex(path, at, wo, &pane);
+    if (!bd_bsdf_straight(&pane.bsdf, passed, &chance)) return false;
+    bd_vec3f_filter(way->passed, way->passed, passed);
+    way->chance *= bd_bsdf_is_delta(&pane.bsdf.surface) ? chance : 0;
+    return true;
+}
+
+bool bd_path_passes(const struct bd_path *path, struct bd_ray *ray, struct bd_straight_way *way)
+{
+    const struct bd_geometry *geometry = &path->reference->geometry;
+    *way = bd_straight_free;
+    if (!bd_geometry_is_blocked(geometry, ray)) return true;
+    float wo[3];
+    bd_vec3f_scale(wo, ray->direction, -1);
+    if (!bd_path_looks_straight(path) || !bd_vec3f_normalize(wo)) return false;
+    for (int i = 0; i < PANES_MAX; i++) {
+        struct bd_intersection at;
+        if (!bd_geometry_intersect(geometry, ray, BD_SIGHT_ALL, &at)) return true;
+        if (!bd_path_add_pane(path, &at, wo, way)) return false;
+        ray->near = nextafterf(at.distance, INFINITY);
+    }
+    return false;
 }
 
 float bd_path_survival(const struct bd_path *path, const struct bd_vertex *vertex)

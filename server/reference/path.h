@@ -33,6 +33,7 @@ struct bd_reference {
     struct bd_medium *media;
     bool *smooth;    // by material: whether it may send light on as a mirror or clear glass does
     bool has_smooth; // any of them
+    bool has_panes;  // of those some let light pass straight on
 };
 
 // A point where light is scattered towards the eye.
@@ -113,8 +114,32 @@ static inline uint64_t bd_path_ray_seed(struct bd_path *path)
 // Written in place: a copy would have to wait for its parts.
 void bd_path_ray(struct bd_path *path, const struct bd_vertex *vertex, const float direction[3],
                  float far, struct bd_ray *out);
+// The same to a point, which is at its far end.
+void bd_path_ray_to(struct bd_path *path, const struct bd_vertex *vertex, const float target[3],
+                    struct bd_ray *out);
 // True if nothing lies between the vertex and a point that is `clearance` off its surface.
 bool bd_path_sees(struct bd_path *path, const struct bd_vertex *vertex, const float target[3]);
+
+// Punctual lights are sought through panes, and no other way of that is.
+static inline bool bd_path_looks_straight(const struct bd_path *path)
+{
+    const struct bd_integrand *integrand = path->integrand;
+    return path->reference->has_panes && integrand->transmission && !integrand->lambert &&
+           !integrand->lambert_senders && integrand->indirect_visibility && path->lamp_radius == 0;
+}
+
+// What panes let pass straight on: of each colour, and the chance with which a path from the light
+// would have passed as well; 0 where such a path would have ended.
+struct bd_straight_way {
+    float passed[3], chance;
+};
+extern const struct bd_straight_way bd_straight_free;
+
+// Adds a pane to the way, seen from `wo`. False: nothing passes it.
+bool bd_path_add_pane(const struct bd_path *path, const struct bd_intersection *at,
+                      const float wo[3], struct bd_straight_way *way);
+// Whether light comes along the ray, up to its far end. `ray` is changed.
+bool bd_path_passes(const struct bd_path *path, struct bd_ray *ray, struct bd_straight_way *way);
 
 // The first surface along a ray that is not the camera's. False: none.
 bool bd_path_intersect(const struct bd_path *path, const struct bd_ray *ray,
@@ -227,7 +252,10 @@ struct bd_carried {
     struct bd_intersection at;
     float towards_light[3]; // unit: where it came from
     float flux[3];          // of all punctual lights, were this the only path
-    uint32_t passed;        // smooth surfaces
+    uint32_t passed;        // smooth surfaces, but for panes that it went straight through at first
+    const struct bd_punctual *punctual;
+    bool straight;              // panes alone, or nothing, where those are looked through
+    struct bd_straight_way way; // while that holds
 };
 // Its first surface, by uniform numbers. False: none, or out of the light's reach.
 bool bd_path_leave_light(struct bd_path *path, float choice, const float u[2],
