@@ -112,6 +112,33 @@ static void a_slab_lets_through_what_fresnel_says(void **state)
     stage_destroy(&s);
 }
 
+static int32_t pane(struct stage *s, float share)
+{
+    const int32_t material = smooth(s, 0, share);
+    struct bd_material *m = stage_material_at(s, material);
+    m->thickness_m = 0;
+    m->double_sided = true;
+    m->base_color[0] = m->base_color[1] = m->base_color[2] = .8f;
+    return material;
+}
+
+// Two of them, straight down: punctual lights are sought through those.
+static void panes_let_through_what_fresnel_says(void **state)
+{
+    (void)state;
+    const double eye[3] = {.15, .6, 0}, target[3] = {0, 0, 0};
+    struct stage *s = stage_create();
+    stage_floor(s, stage_material(s, .5f), 20, 0, 1);
+    stage_floor(s, pane(s, 1), 9, .8, 1);
+    stage_floor(s, pane(s, .5f), 9, 1.2, -1);
+    stage_light(s, BD_LIGHT_POINT, 0, 2, 0, NULL, 1);
+    const uint32_t camera = stage_camera(s, eye, target, .4);
+    const struct estimate e =
+        stage_radiance(s, &bd_integrand_full, camera, BD_PART_DIRECT, SIDE_PX, 256);
+    CHECK(e, .96 * .8 * .96 * .4 * straight(eye, 0, 2), .003);
+    stage_destroy(&s);
+}
+
 // What the floor sends up to a place above it, of a point and of a small sphere. Ends the stage.
 static void check_below(struct stage *s, uint32_t bounces)
 {
@@ -124,6 +151,35 @@ static void check_below(struct stage *s, uint32_t bounces)
         stage_irradiance(s, &sphere, BD_PART_INDIRECT, .1, .3, 0, 0, -1, 0, 1 << 20);
     CHECK_SAME(of_point, of_sphere, .02);
     stage_destroy(&s);
+}
+
+// A floor that shines through panes on what is above it: by every way that finds it, and of half a
+// pane, which no path from the light goes on from.
+static void what_panes_let_through_is_told_once(void **state)
+{
+    (void)state;
+    for (int half = 0; half < 2; half++)
+        for (uint32_t bounces = 1; bounces < 4; bounces += 2) {
+            struct stage *s = stage_create();
+            stage_floor(s, stage_material(s, .8f), 2, 0, 1);
+            stage_floor(s, pane(s, half ? .5f : 1), 9, .8, 1);
+            stage_floor(s, pane(s, 1), 9, .9, 1);
+            stage_light(s, BD_LIGHT_SPOT, 0, 1, 0, (const double[3]){0, -1, 0}, 1);
+            struct bd_integrand with = bd_integrand_full, without = with;
+            with.bounces_max = without.bounces_max = bounces;
+            without.light_vertices = false;
+            const struct estimate a =
+                stage_irradiance(s, &with, BD_PART_INDIRECT, .1, .3, 0, 0, -1, 0, 1 << 17);
+            const struct estimate b =
+                stage_irradiance(s, &without, BD_PART_INDIRECT, .1, .3, 0, 0, -1, 0, 1 << 18);
+            CHECK_SAME(a, b, .02);
+            stage_destroy(&s);
+        }
+    struct stage *s = stage_create();
+    stage_floor(s, stage_material(s, .8f), 2, 0, 1);
+    stage_floor(s, pane(s, 1), 9, .8, 1);
+    stage_light(s, BD_LIGHT_POINT, 0, 1, 0, NULL, 1);
+    check_below(s, BD_BOUNCES_UNLIMITED);
 }
 
 // What a caustic on the floor sends up, to who does not see it in the mirror, too: eye paths are
@@ -229,6 +285,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_mirror_shows_another),
         cmocka_unit_test(a_slab_lets_through_what_fresnel_says),
+        cmocka_unit_test(panes_let_through_what_fresnel_says),
+        cmocka_unit_test(what_panes_let_through_is_told_once),
         cmocka_unit_test(a_caustic_sends_light_on),
         cmocka_unit_test(light_within_a_solid),
         cmocka_unit_test(what_is_trapped_ends),
