@@ -36,6 +36,9 @@
 
 struct photon {
     f3 flux;
+    // Of the last leg: with what it began, what arrived at its end, and what of that goes on in the
+    // mean.
+    f3 begun, arrived, reflected;
     float at_first; // its strongest channel, as it set out
     float inverse_range;
     uint32_t number;
@@ -132,7 +135,7 @@ static void reflect(const struct paths *p, uint32_t i, const struct bd_surface_p
     if (!bd_reflect(&p->hits, at, hit->u, hit->v, f3_of(d[0], d[1], d[2]), p->inputs->lambert,
                     number, &onward))
         return;
-    const f3 flux = f3_mul(photon->flux, onward.weight);
+    const f3 flux = photon->reflected = f3_mul(photon->flux, onward.weight);
     const float left = f_min(strongest_channel(flux) / photon->at_first, 1);
     if (!(roulette < left)) return;
     photon->flux = f3_scale(flux, 1 / left);
@@ -151,8 +154,10 @@ static void land(const struct paths *p, uint32_t i)
     const float *d = p->rays[i].direction;
     struct bd_surface_point at;
     p->lands[i] = p->goes_on[i] = false;
-    if (hit->triangle == BD_NO_TRIANGLE) return;
     if (p->ways) photon->flux = f3_mul(photon->flux, p->ways[i].weight);
+    photon->arrived = photon->flux;
+    photon->reflected = f3_of(0, 0, 0);
+    if (hit->triangle == BD_NO_TRIANGLE) return;
     if (!(strongest_channel(photon->flux) > 0) ||
         !bd_surface_hit_at(&p->hits, hit->triangle, hit->u, hit->v, f3_of(d[0], d[1], d[2]), &at))
         return;
@@ -188,6 +193,33 @@ static enum bd_err go_through(struct paths *p, struct bd_ray_counts *traced)
                          p->at_once, traced, p->detail);
 }
 
+static double sum_of(f3 flux)
+{
+    return (double)flux.x + flux.y + flux.z;
+}
+
+// Of a photon whose leg has ended. One that is lost within glass has met nothing with no weight.
+static void account_for(struct paths *p, uint32_t i)
+{
+    const struct photon *photon = &p->photons[i];
+    struct bd_photon_account *to = &p->account;
+    const double begun = sum_of(photon->begun), arrived = sum_of(photon->arrived);
+    const double reflected = sum_of(photon->reflected);
+    const bool met_nothing = p->met[i].triangle == BD_NO_TRIANGLE;
+    if (met_nothing && begun > 0 && arrived == 0) {
+        to->dropped += begun;
+        return;
+    }
+    to->absorbed += begun - arrived;
+    if (met_nothing) {
+        to->left += arrived;
+        return;
+    }
+    const bool is_last = p->round >= p->inputs->reflections;
+    to->absorbed += is_last ? 0 : arrived - reflected;
+    to->dropped += is_last ? arrived : reflected - (p->goes_on[i] ? sum_of(photon->flux) : 0);
+}
+
 // In the order of the photons, whichever thread found where they go.
 static enum bd_err close_ranks(struct paths *p)
 {
@@ -195,8 +227,7 @@ static enum bd_err close_ranks(struct paths *p)
     uint32_t left = 0;
     for (uint32_t i = 0; !err && i < p->at_once; i++) {
         if (p->lands[i]) err = keep(p, &p->landing[i]);
-        if (p->met[i].triangle == BD_NO_TRIANGLE)
-            p->account.lost += strongest_channel(p->photons[i].flux);
+        account_for(p, i);
         if (!p->goes_on[i]) continue;
         p->rays[left] = p->rays[i];
         p->photons[left++] = p->photons[i];
@@ -211,6 +242,7 @@ static enum bd_err go_on(struct paths *p)
     bd_slicer_work(p->context.slicer, "photons");
     enum bd_err err = bd_nearest_ask(&p->context, p->inputs->visibility, p->rays, p->at_once,
                                      p->met, &traced, p->detail);
+    for (uint32_t i = 0; !err && i < p->at_once; i++) p->photons[i].begun = p->photons[i].flux;
     for (uint32_t i = 0; !err && p->round == 0 && i < p->at_once; i++) leave_lamp(p, i);
     if (!err && p->ways) err = go_through(p, &traced);
     bd_slicer_work(p->context.slicer, "photons");
@@ -238,9 +270,13 @@ static enum bd_err set_out(struct paths *p, struct bd_ray ray, f3 flux, float in
     const float at_first = strongest_channel(flux);
     const uint32_t number = p->sent_count++;
     if (!(at_first > 0)) return BD_ERR_OK;
-    p->account.sent += at_first;
+    p->account.sent += sum_of(flux);
     p->rays[p->at_once] = ray;
-    p->photons[p->at_once] = (struct photon){flux, at_first, inverse_range, number, is_of_lamp};
+    p->photons[p->at_once] = (struct photon){.flux = flux,
+                                             .at_first = at_first,
+                                             .inverse_range = inverse_range,
+                                             .number = number,
+                                             .is_of_lamp = is_of_lamp};
     return ++p->at_once == AT_ONCE ? let_fly(p) : BD_ERR_OK;
 }
 

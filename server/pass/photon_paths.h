@@ -39,9 +39,11 @@ struct bd_photon_paths_inputs {
     uint64_t seed;
 };
 
-// Flux, of the strongest channels: that set out; that ended where nothing was met.
+// Where flux went, of all channels together: what set out is what left the scene, what surfaces,
+// glass and a lamp's range took, and what was dropped on its way, as it comes out of the chances
+// that end photons: those still on their way after the last reflection, or within glass.
 struct bd_photon_account {
-    double sent, lost;
+    double sent, left, absorbed, dropped;
 };
 
 // A map of those that land.
