@@ -72,7 +72,7 @@ struct bd_material {
     float attenuation_distance_m; // +inf = clear
     float attenuation_color[3];
     enum bd_alpha_mode alpha_mode;
-    float alpha_cutoff; // MASK; BLEND is rendered as a mask at 0.5 and flagged
+    float alpha_cutoff; // MASK
     bool double_sided;  // single-sided back faces are invisible to camera rays only
     bool unlit;         // KHR_materials_unlit
     bool is_removed;
@@ -384,6 +384,12 @@ int32_t bd_scene_find_camera(const struct bd_scene *scene, const char *name);
 // How many placed cameras a name may mean: those whose nodes have it, or where there is none those
 // that have it themselves. `first` is set if there is one.
 uint32_t bd_scene_count_cameras(const struct bd_scene *scene, const char *name, int32_t *first);
+
+// The alpha from which on a material, by its number, is there for who sees it or not. What blends
+// is in one picture from 0.5 on, and of several, the sub-frames of one, in as many as it is opaque:
+// they go through even steps, each material in turns of its own, so that what is behind what is as
+// often hidden as both alphas say.
+float bd_scene_least_alpha(const struct bd_scene *scene, int32_t material, uint32_t sub_frame);
 
 #ifdef __cplusplus
 }
