@@ -87,6 +87,10 @@ uint64_t bd_rays_occluded(const struct bd_rays *rays, struct bd_pool *pool,
 void bd_rays_nearest(const struct bd_rays *rays, struct bd_pool *pool, enum bd_rays_alpha alpha,
                      const struct bd_ray *queries, size_t count, struct bd_ray_hit *hits);
 
+// The same of what a sub-frame of a picture sees (bd_scene_least_alpha).
+void bd_rays_nearest_seen(const struct bd_rays *rays, struct bd_pool *pool, uint32_t sub_frame,
+                          const struct bd_ray *queries, size_t count, struct bd_ray_hit *hits);
+
 // A number in [0, 1) that two points, or a point and a direction, have together with a triangle:
 // what goes by it is the same whoever asks.
 float bd_rays_chance(const float a[3], const float b[3], uint32_t triangle);

@@ -17,6 +17,7 @@ struct context {
     const struct bd_rays *rays;
     const struct bd_rays_level *level; // that is traced
     enum bd_rays_alpha alpha;
+    uint32_t sub_frame; // of BD_RAYS_ALPHA_MASK
     float origin[3], direction[3];
     uint32_t excluded[2];
     float far;
@@ -99,8 +100,7 @@ void bd_rays_filter_cutout(const struct RTCFilterFunctionNArguments *arguments)
     const struct bd_primitive *primitive = bd_rays_primitive(context->rays, number, &triangle);
     const struct bd_material *material = &scene->materials[primitive->material];
     const float alpha = bd_cutout_alpha(scene, primitive, triangle, hit->u, hit->v);
-    float least = material->alpha_mode == BD_ALPHA_MASK ? material->alpha_cutoff : 0.5f;
-    bool is_there = alpha >= least;
+    bool is_there = alpha >= bd_scene_least_alpha(scene, primitive->material, context->sub_frame);
     if (material->alpha_mode == BD_ALPHA_BLEND && context->alpha == BD_RAYS_ALPHA_COVERAGE)
         is_there = bd_rays_chance(context->origin, context->direction, number) < alpha;
     if (!is_there) arguments->valid[0] = 0;
@@ -240,7 +240,7 @@ uint64_t bd_rays_occluded(const struct bd_rays *rays, struct bd_pool *pool,
 // --- rays -------------------------------------------------------------------------------------
 
 static struct bd_ray_hit nearest(const struct bd_rays *rays, enum bd_rays_alpha alpha,
-                                 const struct bd_ray *q)
+                                 uint32_t sub_frame, const struct bd_ray *q)
 {
     const struct bd_ray_hit none = {.triangle = BD_NO_TRIANGLE};
     const float bias = BD_RAY_BIAS * largest(q->origin) / length_of(q->direction);
@@ -249,6 +249,7 @@ static struct bd_ray_hit nearest(const struct bd_rays *rays, enum bd_rays_alpha 
     const float near = q->near > 0 ? q->near : bias;
     if (!make_ray(q->origin, q->direction, near, q->far, &query.ray)) return none;
     struct context context = context_for(rays, alpha, &query.ray, q->from_triangle, BD_NO_TRIANGLE);
+    context.sub_frame = sub_frame;
     context.passes_backs = q->passes_backs;
     context.embree.filter = filter_nearest;
     for (uint32_t l = 0; l < rays->level_count; l++) {
@@ -261,6 +262,7 @@ static struct bd_ray_hit nearest(const struct bd_rays *rays, enum bd_rays_alpha 
 struct nearest {
     const struct bd_rays *rays;
     enum bd_rays_alpha alpha;
+    uint32_t sub_frame;
     const struct bd_ray *queries;
     size_t count;
     struct bd_ray_hit *hits;
@@ -271,12 +273,19 @@ static void trace_piece(void *user, uint32_t piece)
     const struct nearest *batch = user;
     const size_t begin = (size_t)piece * RAYS_PER_PIECE;
     for (size_t i = begin; i < batch->count && i < begin + RAYS_PER_PIECE; i++)
-        batch->hits[i] = nearest(batch->rays, batch->alpha, &batch->queries[i]);
+        batch->hits[i] = nearest(batch->rays, batch->alpha, batch->sub_frame, &batch->queries[i]);
 }
 
 void bd_rays_nearest(const struct bd_rays *rays, struct bd_pool *pool, enum bd_rays_alpha alpha,
                      const struct bd_ray *queries, size_t count, struct bd_ray_hit *hits)
 {
-    struct nearest batch = {rays, alpha, queries, count, hits};
+    struct nearest batch = {rays, alpha, 0, queries, count, hits};
+    run_pieces(pool, count, trace_piece, &batch);
+}
+
+void bd_rays_nearest_seen(const struct bd_rays *rays, struct bd_pool *pool, uint32_t sub_frame,
+                          const struct bd_ray *queries, size_t count, struct bd_ray_hit *hits)
+{
+    struct nearest batch = {rays, BD_RAYS_ALPHA_MASK, sub_frame, queries, count, hits};
     run_pieces(pool, count, trace_piece, &batch);
 }
