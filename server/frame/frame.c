@@ -218,11 +218,17 @@ static bool is_first(const struct bd_frame *frame, uint32_t index)
     return frame->plan->in_rounds ? bd_begins_round(index) : index == 0;
 }
 
+static void look_through(struct bd_frame *frame, uint32_t index)
+{
+    bd_sub_frame_place(&frame->subject.viewpoint, index);
+    if (!frame->plan->blends) frame->subject.viewpoint.sub_frame = 0;
+}
+
 static enum bd_err see_sub_frame(struct bd_frame *frame, uint32_t index)
 {
     const bool is_shared =
         frame->plan->shared && (!is_first(frame, index) || frame->plan->block_px > 1);
-    bd_sub_frame_place(&frame->subject.viewpoint, index);
+    look_through(frame, index);
     enum bd_err err = BD_ERR_OK;
     for (enum bd_stage stage = 0; !err && stage < BD_STAGE_COUNT; stage++)
         if (is_of_sub_frame(stage, is_shared)) err = bd_stage_run(frame, stage, NULL);
@@ -243,7 +249,7 @@ static enum bd_err add_sub_frame(struct bd_frame *frame, struct bd_frame_sums *s
 // The first sub-frame of a round, and the light that all of the round share.
 static enum bd_err see_first(struct bd_frame *frame, uint32_t index)
 {
-    bd_sub_frame_place(&frame->subject.viewpoint, index);
+    look_through(frame, index);
     enum bd_err err = frame->plan->block_px > 1 ? light_blocks(frame) : BD_ERR_OK;
     if (!err) err = see_sub_frame(frame, index);
     if (!err && frame->plan->block_px == 1)

@@ -341,7 +341,8 @@ static void flag_what_is_not_honoured(const struct bd_plan *plan, const struct b
         if (!plan->rig_yields || strcmp(scene->flags.text[i], "default_lights") != 0)
             bd_report_flag(report, "%s", scene->flags.text[i]);
     if (plan->unoccluded) bd_report_flag(report, "%s", BD_FLAG_UNOCCLUDED);
-    if (f->has_blend && !model.coverage) bd_report_flag(report, "blend_as_mask");
+    if (f->has_blend && !model.coverage)
+        bd_report_flag(report, "blend_as_mask%s", plan->blends ? ": as lamps see it" : "");
     if (f->has_transmissive && !model.transmission)
         bd_report_flag(report, "transmission_as_opaque%s", plan->panes ? ": as it is seen" : "");
     if (plan->panes && plan->straight == BD_STRAIGHT_ALL && f->has_lens)
@@ -540,6 +541,7 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
                                                  request->height_px, request->aa)
                               : 1;
     out->shared = may_share && (request->aa > 1 || out->block_px > 1);
+    out->blends = f->has_blend && renders && request->aa > 1 && !out->params.paper_mode;
     out->normal_maps = f->has_normal_map;
     out->emission = f->has_emissive || f->has_unlit;
     out->unoccluded = has_indirect(out) && !model_of(out).indirect_visibility;

@@ -48,6 +48,7 @@ struct bd_plan {
     bool doubts;
     bool shared;          // of several sub-frames all but the first take its indirect light over
     uint32_t block_px; // pixels along a side of blocks whose light all of them take over; 1: none
+    bool blends;       // what blends is in as many sub-frames as it is opaque
     bool normal_maps;     // some surface has one
     bool native;          // passes that have loops for the processor run them (bd_plan_place)
     bool glossy;          // receivers with a specular lobe worth its price

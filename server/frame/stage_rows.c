@@ -715,7 +715,7 @@ static uint64_t key_view(uint64_t key, const struct bd_viewpoint *v)
     key = key_dvec3(key, v->axis_y);
     key = key_dvec3(key, v->axis_z);
     key = bd_key_bytes(key, numbers, sizeof numbers);
-    key = bd_key_number(key, v->orthographic);
+    key = bd_key_number(key, (uint64_t)v->sub_frame << 1 | v->orthographic);
     return bd_key_number(key, (uint64_t)v->width_px << 32 | v->height_px);
 }
 

@@ -18,6 +18,7 @@ void bd_sub_frame_place(struct bd_viewpoint *viewpoint, uint32_t index)
     float first[2], own[2];
     bd_sequence_pair(&sequence, 0, first);
     bd_sequence_pair(&sequence, index, own);
+    viewpoint->sub_frame = index;
     viewpoint->sample_x_px = fmod(1.5 + own[0] - first[0], 1);
     viewpoint->sample_y_px = fmod(1.5 + own[1] - first[1], 1);
 }

@@ -120,8 +120,8 @@ static void take_hits(const struct hits_slice *slice)
 static void trace(const struct bd_tracer *tracer, struct hits_slice *slice)
 {
     if (bd_pool_run(tracer->pool, slice->count, make_rays, NULL, slice)) return; // nobody stops it
-    bd_rays_nearest(tracer->rays, tracer->pool, BD_RAYS_ALPHA_MASK, slice->rays,
-                    (size_t)slice->count * TILE_RAYS, slice->hits);
+    bd_rays_nearest_seen(tracer->rays, tracer->pool, slice->viewpoint->sub_frame, slice->rays,
+                         (size_t)slice->count * TILE_RAYS, slice->hits);
     take_hits(slice);
 }
 

@@ -56,9 +56,13 @@ static float f0_of_ior(float ior)
     return r * r;
 }
 
-static float alpha_cutoff_of(const struct bd_material *m)
+static float least_alpha_of(const struct bd_scene_draws *draws, const struct bd_scene_draw *draw)
 {
-    return m->alpha_mode == BD_ALPHA_BLEND ? 0.5f : m->alpha_cutoff;
+    const struct bd_scene *scene = draws->scene->scene;
+    const struct bd_triangle_run *run = draw->run;
+    return bd_scene_least_alpha(scene,
+                                scene->meshes[run->mesh]->primitives[run->primitive].material,
+                                draws->viewpoint->sub_frame);
 }
 
 struct bd_material_uniform bd_material_uniform_of(const struct bd_scene_draws *draws,
@@ -76,7 +80,7 @@ struct bd_material_uniform bd_material_uniform_of(const struct bd_scene_draws *d
         .normal_scale = m->normal_scale,
         .transmission = draws->glass && !m->unlit ? m->transmission : 0,
         .f0_dielectric = f0_of_ior(m->ior),
-        .alpha_cutoff = alpha_cutoff_of(m),
+        .alpha_cutoff = least_alpha_of(draws, draw),
         .flags = (m->double_sided ? BD_MATERIAL_DOUBLE_SIDED : 0) |
                  (m->unlit ? BD_MATERIAL_UNLIT : 0) |
                  (draw->run->mirrored ? BD_MATERIAL_MIRRORED : 0),

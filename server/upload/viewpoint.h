@@ -19,6 +19,7 @@ struct bd_viewpoint {
     double near_m, far_m;            // far only if orthographic
     uint32_t width_px, height_px;
     double sample_x_px, sample_y_px; // within the pixel, .5 = centre
+    uint32_t sub_frame;              // of the picture: bd_scene_least_alpha
 };
 
 // What a pose that is set sees, or else a placed camera, in a picture of that size. A camera's yfov
