@@ -194,7 +194,7 @@ def veil(alpha):
     return {"pbrMetallicRoughness": {"baseColorFactor": [0, 0, 0, alpha], "roughnessFactor": 1, "metallicFactor": 0}, "alphaMode": "BLEND", "doubleSided": True}
 
 
-@pytest.mark.parametrize("alphas", [(.25,), (.5,), (.8,), (.5, .5), (.3, .7), (.2, .2, .2)], ids=str)
+@pytest.mark.parametrize("alphas", [(.25,), (.5, .5), (.3, .7), (.2, .2, .2)], ids=str)
 def test_what_blends_is_as_often_there_as_it_is_opaque(client, tmp_path, alphas):
     """Veils before a wall of 1 cd/m^2: in one picture there or not, in the mean of sub-frames what all alphas leave."""
     parts = [(pane(-3, 9), lamp(1))] + [(pane(-.5 * i, 9), veil(alpha)) for i, alpha in enumerate(alphas)]

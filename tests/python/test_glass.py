@@ -48,7 +48,7 @@ def test_a_pane_lets_through_what_fresnel_leaves(client, tmp_path):
     seen = through(client, tmp_path, [(pane(0, 9), tinted)], yfov=.05).mean((0, 1))
     assert seen == pytest.approx(numpy.array([.5, .8, 1]) * .96, rel=2e-3)
     slab = [(pane(.5, 9), GLASS), (pane(-.5, 9, facing=-1), GLASS)]
-    seen = through(client, tmp_path, slab, yfov=.05, parameters={"far_rays": 256}).mean()
+    seen = through(client, tmp_path, slab, yfov=.05, size=(16, 16), parameters={"far_rays": 256}).mean()
     print(seen, .96 / 1.04)
     assert seen == pytest.approx(.96 / 1.04, rel=3e-3)
 
@@ -133,7 +133,9 @@ def floor_light(scene, size=(64, 64), technique="many_light", layers=("direct", 
     return lit, *floor_seen(size)[1:]
 
 
-LOOK_THROUGH = ("direct", "many_light", "ssbc", "photon", "rsm", "isr", "hisr", "multires_gather")
+# What else they would do is none of a test of direct light.
+LOOK_THROUGH = {"direct": {}, "many_light": {"photons": 1024, "rays": 1, "far_rays": 2}, "ssbc": {"photons": 1024}, "photon": {"photons": 1024},
+                "rsm": {"vpls": 16}, "isr": {}, "hisr": {"vpls": 64}, "multires_gather": {"vpls": 16}}
 
 
 @pytest.mark.parametrize("light", LIGHTS, ids=lambda light: light["type"])
@@ -144,12 +146,12 @@ def test_lamps_shine_straight_through_panes(client, tmp_path, light, technique):
     panes = {"bare": [], "glazed": [(pane(2, 9), TINTED), (pane(1.5, 9, facing=-1), THIN)]}
     for name, between in panes.items():
         scene = add(client, tmp_path, [floor, *between], light=light)
-        seen[name] = floor_light(scene, technique=technique, layers=["direct"], channel=1)[0]
-    place, _, disc = floor_seen((64, 64))
+        seen[name] = floor_light(scene, size=(32, 32), technique=technique, layers=["direct"], channel=1, **LOOK_THROUGH[technique])[0]
+    place, _, disc = floor_seen((32, 32))
     cosine = 1 if light["type"] == "directional" else 4 / numpy.hypot(4, numpy.hypot(place[..., 0], place[..., 1]))
     passed = .8 * (1 - (.04 + .96 * (1 - cosine) ** 5)) ** 2
     lit = disc & (seen["bare"] > 0)
-    assert lit.sum() > 100
+    assert lit.sum() > 40
     assert numpy.abs(seen["glazed"][lit] / (seen["bare"] * passed)[lit] - 1).max() < 2e-3
 
 
@@ -271,12 +273,13 @@ def test_glass_that_is_edited_is_as_if_made_so(client, tmp_path, shines):
     scene = add(client, tmp_path, [(pane(0, 9), GREY), (sphere(16), GLASS)], **shines)
     asked = {"size": (16, 16), "layers": ["beauty"], "pose": bounced.Pose(**BESIDE)}
     glass, before = scene.objects("material")[1]["id"], None
-    for fields in ({}, {"transmission": .5}, {"ior": 1.2}, {"attenuation_distance": .3, "attenuation_color": (.5, .2, .1)}, {"thickness": 0},
-                   {"roughness": .3}, {"transmission": 0}):
+    for turn, fields in enumerate(({}, {"transmission": .5}, {"ior": 1.2}, {"attenuation_distance": .3, "attenuation_color": (.5, .2, .1)},
+                                   {"thickness": 0}, {"roughness": .3}, {"transmission": 0})):
         with scene.edit() as edit:
             if fields:
                 edit.set_material(glass, **fields)
-        kept = {name: scene.render(technique=name, parameters=more, **asked).layers["beauty"] for name, more in EDITED.items()}
+        shown = {"many_light": EDITED["many_light"], **dict(list(EDITED.items())[turn % 2::2])}  # others every second time, of older frames
+        kept = {name: scene.render(technique=name, parameters=more, **asked).layers["beauty"] for name, more in shown.items()}
         for name, picture in kept.items():
             assert numpy.array_equal(picture, scene.render(technique=name, parameters=EDITED[name], fresh="all", **asked).layers["beauty"]), (fields, name)
         assert before is None or not numpy.array_equal(kept["many_light"], before), fields
