@@ -79,10 +79,11 @@ static bool reflect_specularly(const struct surface *s, f3 viewer, const float n
 }
 
 bool bd_reflect(const struct bd_surface_hits *hits, const struct bd_surface_point *at, float u,
-                float v, f3 direction, bool lambert, const float number[3],
+                float v, f3 direction, bool lambert, bool beside_interface, const float number[3],
                 struct bd_reflection *out)
 {
-    const struct surface s = surface_at(hits, at, u, v);
+    struct surface s = surface_at(hits, at, u, v);
+    if (beside_interface) s.metallic = 0;
     const f3 viewer = f3_scale(direction, -1);
     if (lambert) {
         reflect_evenly(&s, number, s.base_color, out);

@@ -19,10 +19,11 @@ struct bd_reflection {
 };
 
 // Of a ray from there, unit, at a place that it met (bd_surface_hit_at) at those barycentrics.
-// `lambert`: the base colour, evenly. `number`: two in [0, 1) for the way, one for the lobe. False:
+// `lambert`: the base colour, evenly. `beside_interface`: of a surface that is a mirror in part,
+// what is none (lights/interface.h). `number`: two in [0, 1) for the way, one for the lobe. False:
 // it goes below the surface, and ends.
 bool bd_reflect(const struct bd_surface_hits *hits, const struct bd_surface_point *at, float u,
-                float v, f3 direction, bool lambert, const float number[3],
+                float v, f3 direction, bool lambert, bool beside_interface, const float number[3],
                 struct bd_reflection *out);
 
 #endif

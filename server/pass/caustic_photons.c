@@ -368,7 +368,8 @@ static void land(struct caustics *c, uint32_t i)
     if (!(strongest_channel(flux) > 0) ||
         !bd_surface_hit_at(&c->hits, hit->triangle, hit->u, hit->v, f3_of(d[0], d[1], d[2]), &at))
         return;
-    c->landed[c->landed_count++] = (struct bd_photon){at.position, at.normal, flux};
+    c->landed[c->landed_count++] =
+        (struct bd_photon){at.position, at.normal, f3_scale(flux, 1 / c->ways[i].rest)};
 }
 
 static enum bd_err let_fly(struct caustics *c)

@@ -207,13 +207,14 @@ static void give(struct walk *w)
         const struct photon *photon = &w->photons[i];
         const struct bd_point_neighbours *by = &w->taken_by[i];
         const float window = window_of_range(w->met[i].distance, photon->inverse_range);
+        const float falls = window / (w->ways ? w->ways[i].rest : 1);
         float taken = 0;
         for (uint32_t k = 0; k < by->count; k++) {
             f3 *to = &arrived_of(w, i)[by->point[k]];
-            *to = f3_add(*to, f3_scale(photon->flux, window * by->share[k]));
+            *to = f3_add(*to, f3_scale(photon->flux, falls * by->share[k]));
             taken += by->share[k];
         }
-        if (photon->lands && !(taken > 0)) add_point(w, i, f3_scale(photon->flux, window));
+        if (photon->lands && !(taken > 0)) add_point(w, i, f3_scale(photon->flux, falls));
     }
 }
 

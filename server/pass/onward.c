@@ -12,7 +12,7 @@
 // Numbers that nobody else of a frame draws by its seed; each wall has two pairs.
 #define PURPOSE 0x6f6e0000u
 
-const struct bd_way bd_way_begins = {.weight = {1, 1, 1}, .straight = true};
+const struct bd_way bd_way_begins = {.weight = {1, 1, 1}, .straight = true, .rest = 1};
 
 struct onward {
     const struct bd_pass_context *context;
@@ -99,7 +99,11 @@ static bool go_on(struct onward *o, uint32_t i)
     if (hit->triangle == BD_NO_TRIANGLE) return false;
     const bool is_glass = bd_interface_at(o->surfaces, hit->triangle, hit->u, hit->v, d, &at);
     absorb(way, is_glass && !at.entering ? at.extinction : way->extinction, hit->distance);
-    if (!is_glass || draw(o->seed, o->numbers[i], way->events, number) >= at.share) return false;
+    if (!is_glass) return false;
+    if (draw(o->seed, o->numbers[i], way->events, number) >= at.share) {
+        way->rest = f_max(1 - at.share, BD_REST_LEAST);
+        return false;
+    }
     if (way->events == BD_ONWARD_EVENTS_MAX ||
         !bd_interface_go_on(&at, d, BD_ONWARD_EITHER, number, &onward)) {
         lose(o, i);

@@ -25,7 +25,12 @@ struct bd_way {
     // Who looks for lights from where it begins has looked along it (pass/straight.h): so far it
     // met panes that those look through, or nothing.
     bool straight;
+    // Of the surface that it ended at, the share that is neither glass nor mirror: as often rays
+    // end there, so that each brings it so many times less than falls there. At least
+    // BD_REST_LEAST, or a few photons would outshine what lies beside next to clear glass.
+    float rest;
 };
+#define BD_REST_LEAST 0.125f
 extern const struct bd_way bd_way_begins;
 
 // Photons carry flux with a ray, others bring radiance back along it.

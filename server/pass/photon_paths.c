@@ -133,7 +133,7 @@ static void reflect(const struct paths *p, uint32_t i, const struct bd_surface_p
     float number[3], roulette;
     draw(p, photon->number, number, &roulette);
     if (!bd_reflect(&p->hits, at, hit->u, hit->v, f3_of(d[0], d[1], d[2]), p->inputs->lambert,
-                    number, &onward))
+                    p->ways && p->ways[i].rest < 1, number, &onward))
         return;
     const f3 flux = photon->reflected = f3_mul(photon->flux, onward.weight);
     const float left = f_min(strongest_channel(flux) / photon->at_first, 1);
@@ -145,6 +145,13 @@ static void reflect(const struct paths *p, uint32_t i, const struct bd_surface_p
                         .from_triangle = at->triangle,
                         .direction = {onward.direction.x, onward.direction.y, onward.direction.z},
                         .far = INFINITY};
+}
+
+// On a surface that is glass or a mirror in part as much falls for each photon that ends there as
+// if none went on.
+static f3 fallen(const struct paths *p, uint32_t i)
+{
+    return p->ways ? f3_scale(p->photons[i].flux, 1 / p->ways[i].rest) : p->photons[i].flux;
 }
 
 static void land(const struct paths *p, uint32_t i)
@@ -162,7 +169,7 @@ static void land(const struct paths *p, uint32_t i)
         !bd_surface_hit_at(&p->hits, hit->triangle, hit->u, hit->v, f3_of(d[0], d[1], d[2]), &at))
         return;
     p->lands[i] = is_kept(p, i);
-    p->landing[i] = (struct bd_photon){at.position, at.normal, photon->flux};
+    p->landing[i] = (struct bd_photon){at.position, at.normal, fallen(p, i)};
     if (p->round < p->inputs->reflections) reflect(p, i, &at);
 }
 
