@@ -36,8 +36,8 @@ def pane(z, half, facing=1):
     return numpy.float32(places), numpy.float32([(0, 0, facing)] * 4), numpy.uint32(triangles)
 
 
-def gltf(parts, light=None):
-    """A scene of (mesh, material) pairs, and of a light at (0, 0, 4) that shines towards -z."""
+def gltf(parts, light=None, at=(0, 0, 4)):
+    """A scene of (mesh, material) pairs, and of a light somewhere that shines towards -z."""
     data, views, accessors, meshes = b"", [], [], []
     for m, (mesh, _) in enumerate(parts):
         for array, kind, component in zip(mesh, ("VEC3", "VEC3", "SCALAR"), (5126, 5126, 5125)):
@@ -51,7 +51,7 @@ def gltf(parts, light=None):
     nodes = [{"mesh": m} for m in range(len(parts))]
     if light:
         used.add("KHR_lights_punctual")
-        nodes.append({"translation": [0, 0, 4], "extensions": {"KHR_lights_punctual": {"light": 0}}})
+        nodes.append({"translation": list(at), "extensions": {"KHR_lights_punctual": {"light": 0}}})
     return json.dumps({
         **({"extensions": {"KHR_lights_punctual": {"lights": [light]}}} if light else {}),
         "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": list(range(len(nodes)))}],

@@ -16,8 +16,8 @@ def client():
         yield client
 
 
-def add(client, folder, parts, sky=None, light=None):
-    (folder / "scene.gltf").write_text(gltf(parts, light))
+def add(client, folder, parts, sky=None, light=None, at=(0, 0, 4)):
+    (folder / "scene.gltf").write_text(gltf(parts, light, at))
     return client.scenes.add(folder / "scene.gltf", **({"environment": bounced.Environment(radiance=sky)} if sky else {}))
 
 
@@ -85,14 +85,36 @@ def test_a_ball_turns_what_is_behind_it(client, tmp_path):
     assert numpy.sqrt(((ours - truth)[disc] ** 2).mean()) < .1 * truth[disc].mean()
 
 
+def walls():
+    """Of a cube of side 2 whose window is at z = 1."""
+    grey = {**GREY, "doubleSided": True}
+    side = numpy.array([(-1, -1, -1), (-1, -1, 1), (-1, 1, 1), (-1, 1, -1)], numpy.float32)
+    return [((numpy.roll(s * side, axis, 1), numpy.float32([numpy.roll((-s, 0, 0), axis)] * 4), numpy.uint32([(0, 1, 2), (0, 2, 3)])), grey)
+            for axis in range(3) for s in (-1, 1) if (axis, s) != (2, -1)]
+
+
+@pytest.mark.parametrize("half", [{"extensions": {"KHR_materials_transmission": {"transmissionFactor": .6}}, "roughness": .5},
+                                  {"metallicFactor": .6, "roughness": .2}], ids=["glass", "metal"])
+def test_what_is_glass_or_mirror_in_part_sends_on_by_the_rest(client, tmp_path, half):
+    """A wall of a closed room: rays and photons go on at it as often as it is either, and what ends there is all of the rest's."""
+    material = {"pbrMetallicRoughness": {"metallicFactor": half.get("metallicFactor", 0), "roughnessFactor": half["roughness"],
+                                         "baseColorFactor": [.6, .6, .6, 1]}, "extensions": half.get("extensions", {}), "doubleSided": True}
+    scene = add(client, tmp_path, [*walls(), (pane(1, 1), material)], light={"type": "point", "intensity": 5}, at=(.2, .3, .4))
+    def sums(technique, **parameters):
+        floor = bounced.Pose((0, .5, 0), (0, -1, .4), up=(0, 0, 1), yfov=.8)
+        frame = scene.render(size=SIZE, technique=technique, layers=["direct", "indirect"], pose=floor, parameters=parameters)
+        return sum(frame.layers[layer][..., :3].astype(float) for layer in ("direct", "indirect")).mean()
+    truth = sums("reference", spp=256, lamp_radius=.05)
+    for technique, more in (("many_light", {"far_rays": 32}), ("photon", {})):
+        seen = sums(technique, **more)
+        print(technique, seen / truth)
+        assert seen == pytest.approx(truth, rel=.02)
+
+
 @pytest.mark.parametrize("shines", [{"sky": (1, 1, 1)}, {"light": {"type": "directional", "intensity": 10}}], ids=["sky", "sun"])
 def test_a_room_behind_a_window_is_lit(client, tmp_path, shines):
     """By what comes in through a pane alone, as the reference has it: diffuse walls look out, and light each other."""
-    white = {"pbrMetallicRoughness": {"metallicFactor": 0, "roughnessFactor": 1, "baseColorFactor": [.5, .5, .5, 1]}, "doubleSided": True}
-    side = numpy.array([(-1, -1, -1), (-1, -1, 1), (-1, 1, 1), (-1, 1, -1)], numpy.float32)
-    walls = [(numpy.roll(s * side, axis, 1), numpy.float32([numpy.roll((-s, 0, 0), axis)] * 4), numpy.uint32([(0, 1, 2), (0, 2, 3)]))
-             for axis in range(3) for s in (-1, 1) if (axis, s) != (2, -1)]
-    scene = add(client, tmp_path, [(mesh, white) for mesh in walls] + [(pane(1, 1), THIN)], **shines)
+    scene = add(client, tmp_path, [*walls(), (pane(1, 1), THIN)], **shines)
     truth = look(scene, "reference", eye=(0, 0, .9), yfov=1.5, parameters={"spp": 256}).mean()
     for technique, more in (("many_light", {"far_rays": 32}), ("many_light", {"far_rays": 32, "caustics": "off"}), ("photon", {})):
         ours = look(scene, technique, eye=(0, 0, .9), yfov=1.5, parameters=more).mean()
