@@ -98,7 +98,7 @@ def test_counts_decide(client, fine_scene):
         pytest.skip("hardware draws faster than the processor traces")
     few, many = (64, 48), (640, 480)  # samples, beside 273,800 triangles
     for size in (few, many):
-        ways = {drawing: render(fine_scene, drawing, "rsm", size, shadow_size=128, **RAYS)
+        ways = {drawing: render(fine_scene, drawing, "multires_gather", size, shadow_size=128, **RAYS)
                 for drawing in ("raster", "rays", "auto")}
         assert "gbuffer" in traced(ways["rays"]) and not traced(ways["raster"])
         assert ("gbuffer" in traced(ways["auto"])) == (size == few)

@@ -24,8 +24,8 @@ def states(frame):
 # A tree, clusters, glossy receivers by blocks and by pixels, rays, lamps without maps: between them every stage.
 @pytest.mark.parametrize("technique,parameters", [
     ("hisr", {"vpls": 1024}), ("isr", {}), ("multires_splat", {"vpls": 64}), ("rsm", {}),
-    ("rsm", {"indirect_visibility": "rays", "rays": 9, "indirect_bounces": 3}),
-    ("multires_gather", {"indirect_visibility": "rays", "rays": 9}), ("hisr", {"vpls": 256, "indirect_visibility": "rays", "rays": 9}),
+    ("rsm", {"indirect_visibility": "rays", "rays": 9, "indirect_bounces": 3, "vpls": 64}),
+    ("multires_gather", {"indirect_visibility": "rays", "rays": 9}), ("hisr", {"vpls": 64, "indirect_visibility": "rays", "rays": 9}),
     ("rsm", {"indirect_visibility": "ism", "rays": 9, "ism_points": 500, "vpls": 64}), ("ssbc", {"indirect_visibility": "ism", "ism_size": 16, "ism_points": 500, "vpls": 64, "walk_vpls": 64, "cache_cells": 256}),
     ("direct", {"drawing": "rays"}), ("multires_gather", {"drawing": "rays"}),
     ("many_light", {"vpls": 256, "walk_vpls": 256, "cache_cells": 256}),

@@ -286,7 +286,8 @@ def test_extreme_glass_has_numbers(client, tmp_path, case, scale):
     assert numpy.isfinite(picture).all() and picture.min() >= 0 and picture.max() < 60
 
 
-EDITED = {"many_light": {"photons": 2048}, "ssbc": {"photons": 2048}, "direct": {}, "hisr": {}, "rsm": {"indirect_visibility": "rays"}, "isr": {"indirect_visibility": "ism"}}
+FEW = {"photons": 1024, "vpls": 64, "walk_vpls": 64}
+EDITED = {"many_light": FEW, "ssbc": FEW, "direct": {}, "hisr": {}, "rsm": {"indirect_visibility": "rays"}, "isr": {"indirect_visibility": "ism"}}
 
 
 @pytest.mark.parametrize("shines", [{"light": LIGHTS[0]}, {"sky": (1, 1, 1)}], ids=["lamp", "sky"])

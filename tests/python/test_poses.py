@@ -51,7 +51,7 @@ def test_samples_of_a_pose_go_on(scene):
 
 
 def test_a_check_through_a_pose_finds_the_cameras_error(scene):
-    asked = {"size": SIZE, "encoding": "none", "check": 256}
+    asked = {"size": SIZE, "encoding": "none", "check": 128}
     errors = [scene.render(**asked, **look).report["error"][0] for look in ({"camera": 0}, {"pose": IN_PLACE}, {"pose": BESIDE})]
     assert errors[1]["value"] == pytest.approx(errors[0]["value"], rel=0.02)
     # Beside, other things are seen, and as well as there.
