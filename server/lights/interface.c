@@ -210,6 +210,20 @@ bool bd_interface_go_on(const struct bd_interface *at, f3 direction, enum bd_onw
     return true;
 }
 
+// --- within
+// ---------------------------------------------------------------------------------------
+
+static float passed_of(float extinction, float distance)
+{
+    return extinction > 0 ? expf(-extinction * distance) : 1;
+}
+
+f3 bd_interface_absorbed(f3 light, f3 extinction, float distance)
+{
+    return f3_mul(light, f3_of(passed_of(extinction.x, distance), passed_of(extinction.y, distance),
+                               passed_of(extinction.z, distance)));
+}
+
 // --- straight on --------------------------------------------------------------------------------
 
 bool bd_interface_is_pane(const struct bd_interface *at)

@@ -53,6 +53,9 @@ enum bd_onward_choice { BD_ONWARD_EITHER, BD_ONWARD_PASSES };
 bool bd_interface_go_on(const struct bd_interface *at, f3 direction, enum bd_onward_choice choice,
                         const float number[3], struct bd_onward *out);
 
+// What is left of light on a way of that length through a solid (Beer).
+f3 bd_interface_absorbed(f3 light, f3 extinction, float distance);
+
 // Of which glass a straight way goes through.
 enum bd_straight {
     BD_STRAIGHT_PANES, // smooth and thin, where it is what light does

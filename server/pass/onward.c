@@ -46,18 +46,6 @@ static float draw(uint32_t seed, uint32_t number, uint32_t wall, float facet_and
     return way[1];
 }
 
-static float passed_of(float extinction, float distance)
-{
-    return extinction > 0 ? expf(-extinction * distance) : 1;
-}
-
-static void absorb(struct bd_way *way, f3 extinction, float distance)
-{
-    way->weight = f3_mul(way->weight,
-                         f3_of(passed_of(extinction.x, distance), passed_of(extinction.y, distance),
-                               passed_of(extinction.z, distance)));
-}
-
 // What it goes through behind the wall: of a reflection what it came through.
 static f3 medium_behind(const struct bd_interface *at, const struct bd_onward *onward, f3 before)
 {
@@ -98,7 +86,8 @@ static bool go_on(struct onward *o, uint32_t i)
     float number[3];
     if (hit->triangle == BD_NO_TRIANGLE) return false;
     const bool is_glass = bd_interface_at(o->surfaces, hit->triangle, hit->u, hit->v, d, &at);
-    absorb(way, is_glass && !at.entering ? at.extinction : way->extinction, hit->distance);
+    way->weight = bd_interface_absorbed(
+        way->weight, is_glass && !at.entering ? at.extinction : way->extinction, hit->distance);
     if (!is_glass) return false;
     if (draw(o->seed, o->numbers[i], way->events, number) >= at.share) {
         way->rest = f_max(1 - at.share, BD_REST_LEAST);

@@ -17,17 +17,6 @@ struct way {
     struct bd_ray_hit hit;
 };
 
-static float passed_of(float extinction, float distance)
-{
-    return extinction > 0 ? expf(-extinction * distance) : 1;
-}
-
-static f3 absorbed(f3 light, f3 extinction, float distance)
-{
-    return f3_mul(light, f3_of(passed_of(extinction.x, distance), passed_of(extinction.y, distance),
-                               passed_of(extinction.z, distance)));
-}
-
 // Through the wall that it met, if that lets it: `ray` begins there then.
 static bool pass(const struct bd_visibility_inputs *v, struct bd_ray *ray, struct way *way)
 {
@@ -36,7 +25,8 @@ static bool pass(const struct bd_visibility_inputs *v, struct bd_ray *ray, struc
     struct bd_interface at;
     if (!bd_interface_at(v->panes, hit->triangle, hit->u, hit->v, d, &at)) return false;
     f3 passes = bd_interface_straight(&at, v->straight, d);
-    if (!at.thin && !at.entering) passes = absorbed(passes, at.extinction, hit->distance);
+    if (!at.thin && !at.entering)
+        passes = bd_interface_absorbed(passes, at.extinction, hit->distance);
     if (!(passes.x > 0 || passes.y > 0 || passes.z > 0)) return false;
     way->passed = f3_mul(way->passed, passes);
     way->gone += hit->distance;
