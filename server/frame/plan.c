@@ -426,13 +426,20 @@ static bool asks(const struct bd_plan *plan, enum bd_visibility whom)
            plan->params.indirect_visibility == whom;
 }
 
+// Instead of triangles.
+static bool asks_images(const struct bd_plan *plan)
+{
+    return plan->technique->inputs & BD_INPUT_PHOTONS &&
+           plan->params.intersections == BD_INTERSECTIONS_IMAGES;
+}
+
 // Whether who looks for lights looks through glass. Who follows light round lenses leaves those
 // out. Images know of no triangles behind each other.
 static bool looks_straight(const struct bd_plan *plan, const struct bd_features *features)
 {
     const bool has_any =
         features->has_pane || (plan->straight == BD_STRAIGHT_ALL && features->has_lens);
-    return has_any && may_look_through(plan) && may_be_by_rays(plan) && !plan->images;
+    return has_any && may_look_through(plan) && may_be_by_rays(plan) && !asks_images(plan);
 }
 
 // --- the plan -------------------------------------------------------------------------------
@@ -496,8 +503,6 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
     out->sky = renders && f->has_environment && lights & BD_LIGHTS_ENVIRONMENT;
     out->area_lights = out->emitters || out->sky;
     out->light_count = count_lights(out, scene);
-    out->images = out->technique->inputs & BD_INPUT_PHOTONS &&
-                  out->params.intersections == BD_INTERSECTIONS_IMAGES;
     out->straight = out->technique->inputs & (BD_INPUT_FINAL_GATHER | BD_INPUT_PHOTONS)
                         ? BD_STRAIGHT_PANES
                         : BD_STRAIGHT_ALL;
@@ -526,7 +531,7 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
     out->caustics = (out->final_gather || out->photons) && out->goes_on && out->params.caustics &&
                     (out->light_count > 0 || out->emitters);
     out->flux_lm = total_flux_lm(out, scene);
-    out->images &= out->photons;
+    out->images = out->photons && asks_images(out);
     out->rays = out->indirect && !out->images &&
                 (out->final_gather || out->photons || asks(out, BD_VISIBILITY_RAYS));
     out->imperfect = out->indirect && asks(out, BD_VISIBILITY_ISM);

@@ -54,7 +54,7 @@ struct bd_plan {
     bool glossy;          // receivers with a specular lobe worth its price
     bool rough;           // and others, whose lobes get a few rays all the same
     bool glass;           // some surface lets light through, and the technique knows
-    bool panes;           // who looks for lights looks straight through glass: this
+    bool panes;           // who looks for lights looks straight through glass, of this kind:
     enum bd_straight straight;
     bool goes_on;         // rays and photons do, from that or from mirrors
     bool caustics;        // lamps send light to either, and photons bring it
