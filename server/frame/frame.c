@@ -218,7 +218,8 @@ static bool is_first(const struct bd_frame *frame, uint32_t index)
     return frame->plan->in_rounds ? bd_begins_round(index) : index == 0;
 }
 
-static void look_through(struct bd_frame *frame, uint32_t index)
+// Where it looks, and of what blends what it sees.
+static void go_to_sub_frame(struct bd_frame *frame, uint32_t index)
 {
     bd_sub_frame_place(&frame->subject.viewpoint, index);
     if (!frame->plan->blends) frame->subject.viewpoint.sub_frame = 0;
@@ -228,7 +229,7 @@ static enum bd_err see_sub_frame(struct bd_frame *frame, uint32_t index)
 {
     const bool is_shared =
         frame->plan->shared && (!is_first(frame, index) || frame->plan->block_px > 1);
-    look_through(frame, index);
+    go_to_sub_frame(frame, index);
     enum bd_err err = BD_ERR_OK;
     for (enum bd_stage stage = 0; !err && stage < BD_STAGE_COUNT; stage++)
         if (is_of_sub_frame(stage, is_shared)) err = bd_stage_run(frame, stage, NULL);
@@ -249,7 +250,7 @@ static enum bd_err add_sub_frame(struct bd_frame *frame, struct bd_frame_sums *s
 // The first sub-frame of a round, and the light that all of the round share.
 static enum bd_err see_first(struct bd_frame *frame, uint32_t index)
 {
-    look_through(frame, index);
+    go_to_sub_frame(frame, index);
     enum bd_err err = frame->plan->block_px > 1 ? light_blocks(frame) : BD_ERR_OK;
     if (!err) err = see_sub_frame(frame, index);
     if (!err && frame->plan->block_px == 1)
@@ -570,7 +571,7 @@ enum bd_err bd_frame_render(struct bd_renderer *renderer, struct bd_scene *scene
         .report = report,
         .detail = detail,
     };
-    if (plan.panes) bd_surface_hits_init(&frame.surfaces, scene);
+    if (plan.panes) bd_surface_hits_init(&frame.panes, scene);
     const struct bd_report planned = *report;
     BD_ASSERT(!renderer->frame);
     renderer->frame = &frame;
@@ -584,7 +585,7 @@ enum bd_err bd_frame_render(struct bd_renderer *renderer, struct bd_scene *scene
         err = run_frame(&frame, layers);
     }
     bd_memo_end_frame(renderer->memo);
-    if (plan.panes) bd_surface_hits_finish(&frame.surfaces);
+    if (plan.panes) bd_surface_hits_finish(&frame.panes);
     renderer->frame = NULL;
     if (err) destroy_images(layers);
     report_pass_times(report, gpu);

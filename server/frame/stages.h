@@ -61,7 +61,7 @@ struct bd_frame {
     bool is_camera_side; // of a light's otherwise
     bool anew;           // what earlier frames made is not taken over; set side by side
     struct bd_gpu_scene *scene;
-    struct bd_surface_hits surfaces; // of the snapshot, where there are panes
+    struct bd_surface_hits panes; // of the snapshot, where who looks for lights looks through them
     struct bd_occluders *occluders;
     struct bd_tracer tracer;            // of them
     struct bd_area_lights *emitters;    // and the sky

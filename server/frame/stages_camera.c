@@ -93,7 +93,7 @@ struct bd_visibility_inputs bd_stage_light_visibility(const struct bd_frame *fra
         .occluders = frame->occluders,
         .pool = bd_renderer_pool(frame->renderer),
         .alpha = by_coverage ? BD_RAYS_ALPHA_COVERAGE : BD_RAYS_ALPHA_MASK,
-        .panes = plan->panes ? &frame->surfaces : NULL,
+        .panes = plan->panes ? &frame->panes : NULL,
         .straight = plan->straight,
     };
 }
@@ -211,7 +211,7 @@ static enum bd_err with_inputs(struct bd_frame *frame,
         .occluders = frame->plan->rays ? frame->occluders : NULL,
         .maps = maps.shadows ? &maps : NULL,
         .images = images.maps ? &images : NULL,
-        .panes = frame->plan->panes ? &frame->surfaces : NULL,
+        .panes = frame->plan->panes ? &frame->panes : NULL,
         .straight = frame->plan->straight,
         .pool = frame->renderer->pool,
         .chosen = frame->plan->chosen,

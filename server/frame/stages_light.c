@@ -321,7 +321,7 @@ enum bd_err bd_run_shadow_points(struct bd_frame *frame, struct bd_frame_light *
     const bool looks_through_all = plan->panes && plan->straight == BD_STRAIGHT_ALL;
     return bd_shadow_points_run(&frame->context, frame->snapshot, plan->params.ism_points,
                                 (enum bd_rays_alpha)plan->params.alpha_coverage,
-                                looks_through_all ? &frame->surfaces : NULL, &frame->shadow_points,
+                                looks_through_all ? &frame->panes : NULL, &frame->shadow_points,
                                 frame->detail);
 }
 
