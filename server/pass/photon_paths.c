@@ -214,7 +214,7 @@ static void account_for(struct paths *p, uint32_t i)
     const double reflected = sum_of(photon->reflected);
     const bool met_nothing = p->met[i].triangle == BD_NO_TRIANGLE;
     if (met_nothing && begun > 0 && arrived == 0) {
-        to->dropped += begun;
+        to->lost += begun;
         return;
     }
     to->absorbed += begun - arrived;

@@ -40,10 +40,10 @@ struct bd_photon_paths_inputs {
 };
 
 // Where flux went, of all channels together: what set out is what left the scene, what surfaces,
-// glass and a lamp's range took, and what was dropped on its way, as it comes out of the chances
-// that end photons: those still on their way after the last reflection, or within glass.
+// glass and a lamp's range took, what was lost within glass (pass/onward.h), and what was dropped:
+// those still on their way after the last reflection, and what roulette takes more than it gives.
 struct bd_photon_account {
-    double sent, left, absorbed, dropped;
+    double sent, left, absorbed, lost, dropped;
 };
 
 // A map of those that land.

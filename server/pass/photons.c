@@ -31,7 +31,7 @@ static enum bd_err send_all(const struct bd_pass_context *context,
     struct bd_photon_account account;
     const enum bd_err err = bd_photon_paths_run(context, &paths, &out->global, &account, detail);
     out->flux_sent = account.sent;
-    out->flux_lost = account.left;
+    out->flux_lost = account.left + account.lost;
     return err;
 }
 

@@ -83,13 +83,13 @@ static struct bd_photon_account send(struct room *room, uint32_t reflections, do
     bd_pool_destroy(&pool);
     stage_destroy(&room->stage);
     assert_true(account.sent > 0);
-    const double all = account.left + account.absorbed + account.dropped;
-    print_message("    left %.5f, absorbed %.5f, dropped %.5f; together %.7f\n",
+    const double all = account.left + account.absorbed + account.lost + account.dropped;
+    print_message("    left %.5f, absorbed %.5f, lost %.5f, dropped %.5f; together %.7f\n",
                   account.left / account.sent, account.absorbed / account.sent,
-                  account.dropped / account.sent, all / account.sent);
+                  account.lost / account.sent, account.dropped / account.sent, all / account.sent);
     assert_true(fabs(all / account.sent - 1) < 1e-5);
     return (struct bd_photon_account){1, account.left / account.sent,
-                                      account.absorbed / account.sent,
+                                      account.absorbed / account.sent, account.lost / account.sent,
                                       account.dropped / account.sent};
 }
 
@@ -121,7 +121,8 @@ static void white_walls_and_clear_glass_keep_all(void **unused)
     const struct bd_photon_account a = send(&room, 6, 0);
     assert_near(a.left, 0);
     assert_near(a.absorbed, 0);
-    assert_near(a.dropped, 1);
+    assert_near(a.dropped + a.lost, 1);
+    assert_true(a.lost < 5e-3); // where normals and flat triangles disagree, and between many walls
 }
 
 // A black floor is a sixth of what the lamp sees.
