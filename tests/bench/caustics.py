@@ -5,8 +5,8 @@ usage: caustics.py BUILD_DIR -o RESULT.json [--side N] [--spp N] [--equal-spp N]
 A floor under a point light, with a glass ball, a metal ring or a glass of water between them, and a room that the sun lights by a
 window. Of each direct and indirect light: `total` of it by the reference's, over the floor's pixels that make up nine tenths of what
 the caustic adds to the reference without glass and metal, or of all in the room; `off_percent` the mean difference there, in
-hundredths of the mean. The reference's own rows: as many samples as take about a second, as they are and with
-every pixel the mean of the 3 x 3 around it.
+hundredths of the mean. The reference's own rows: as many samples as take about a second, as they are and with every
+pixel the mean of the 3 x 3 around it.
 """
 import pathlib
 import sys
@@ -23,7 +23,6 @@ import glass_scenes as made  # noqa: E402
 
 METAL = {"pbrMetallicRoughness": {"metallicFactor": 1, "roughnessFactor": 0, "baseColorFactor": [.9, .9, .9, 1]}, "doubleSided": True}
 WATER = {**made.GLASS, "extensions": {**made.GLASS["extensions"], "KHR_materials_ior": {"ior": 1.33}}}
-WHITE = {**made.GREY, "doubleSided": True}
 ABOVE = {"eye": (2.2, 0, 1.2), "target": (.2, 0, 0), "up": (0, 0, 1), "yfov": .8}
 WITHIN = {"eye": (0, 0, .9), "target": (0, 0, 0), "yfov": 1.5}
 
@@ -55,20 +54,14 @@ def solid(radius, low, high, material):
     return [(cylinder(radius, low, high), material), (disc(radius, high), material), (disc(radius, low, -1), material)]
 
 
-def room():
-    side = numpy.array([(-1, -1, -1), (-1, -1, 1), (-1, 1, 1), (-1, 1, -1)], numpy.float32)
-    return [((numpy.roll(s * side, axis, 1), numpy.float32([numpy.roll((-s, 0, 0), axis)] * 4), numpy.uint32([(0, 1, 2), (0, 2, 3)])), WHITE)
-            for axis in range(3) for s in (-1, 1) if (axis, s) != (2, -1)]
-
-
 # Parts, the light, the pose, and the parts that light goes through or off.
 FLOOR = [(made.pane(0, 9), made.GREY)]
 LAMP, SUN = {"type": "point", "intensity": 100}, {"type": "directional", "intensity": 10}
 SCENES = {
     "ball": (FLOOR, LAMP, ABOVE, [(moved(made.sphere(), .4, (0, 0, .6)), made.GLASS)]),
-    "ring": (FLOOR, {**LAMP}, ABOVE, [(cylinder(.6, 0, .4), METAL)]),
+    "ring": (FLOOR, LAMP, ABOVE, [(cylinder(.6, 0, .4), METAL)]),
     "water": (FLOOR, LAMP, ABOVE, [*solid(.4, .01, .8, made.GLASS), *solid(.36, .05, .6, WATER)]),
-    "window": (room(), SUN, WITHIN, [(made.pane(1, 1), made.THIN)]),
+    "window": (made.walls(), SUN, WITHIN, [(made.pane(1, 1), made.THIN)]),
 }
 
 

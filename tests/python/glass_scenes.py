@@ -36,6 +36,14 @@ def pane(z, half, facing=1):
     return numpy.float32(places), numpy.float32([(0, 0, facing)] * 4), numpy.uint32(triangles)
 
 
+def walls():
+    """Of a cube of side 2 whose window is at z = 1."""
+    grey = {**GREY, "doubleSided": True}
+    side = numpy.array([(-1, -1, -1), (-1, -1, 1), (-1, 1, 1), (-1, 1, -1)], numpy.float32)
+    return [((numpy.roll(s * side, axis, 1), numpy.float32([numpy.roll((-s, 0, 0), axis)] * 4), numpy.uint32([(0, 1, 2), (0, 2, 3)])), grey)
+            for axis in range(3) for s in (-1, 1) if (axis, s) != (2, -1)]
+
+
 def gltf(parts, light=None, at=(0, 0, 4)):
     """A scene of (mesh, material) pairs, and of a light somewhere that shines towards -z."""
     data, views, accessors, meshes = b"", [], [], []

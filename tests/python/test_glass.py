@@ -5,7 +5,7 @@ import math
 import bounced
 import numpy
 import pytest
-from glass_scenes import GLASS, GREY, LIGHTS, THIN, TINTED, gltf, lamp, pane, sphere
+from glass_scenes import GLASS, GREY, LIGHTS, THIN, TINTED, gltf, lamp, pane, sphere, walls
 
 SIZE = (32, 32)
 
@@ -83,14 +83,6 @@ def test_a_ball_turns_what_is_behind_it(client, tmp_path):
     print(ours[disc].mean(), truth[disc].mean(), numpy.sqrt(((ours - truth)[disc] ** 2).mean()))
     assert ours[disc].mean() == pytest.approx(truth[disc].mean(), rel=.01)
     assert numpy.sqrt(((ours - truth)[disc] ** 2).mean()) < .1 * truth[disc].mean()
-
-
-def walls():
-    """Of a cube of side 2 whose window is at z = 1."""
-    grey = {**GREY, "doubleSided": True}
-    side = numpy.array([(-1, -1, -1), (-1, -1, 1), (-1, 1, 1), (-1, 1, -1)], numpy.float32)
-    return [((numpy.roll(s * side, axis, 1), numpy.float32([numpy.roll((-s, 0, 0), axis)] * 4), numpy.uint32([(0, 1, 2), (0, 2, 3)])), grey)
-            for axis in range(3) for s in (-1, 1) if (axis, s) != (2, -1)]
 
 
 @pytest.mark.parametrize("half", [{"extensions": {"KHR_materials_transmission": {"transmissionFactor": .6}}, "roughness": .5},
