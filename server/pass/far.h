@@ -61,6 +61,12 @@ struct bd_far_inputs {
     // those leave out of it, and nothing of lamps themselves. NULL: rays bring all.
     const struct bd_photon_map *caustics;
     const struct bd_photon_map *photons; // of lobes alone: what all other light brings; or NULL
+    // Of glass alone: virtual lights, in order, that light what it shows; or NULL.
+    struct {
+        const struct bd_vpl_list *list;
+        uint32_t rays; // of a place
+        const struct bd_visibility_inputs *visibility;
+    } seen;
 };
 
 // Of pixels, in a pass "far". Adds to `irradiance`, `noise` and `rays` of `indirect`.

@@ -4,22 +4,36 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/assert.h"
 #include "kernel/lift.h"
 #include "lights/directions.h"
 #include "lights/sequence.h"
 #include "lights/surface_hits.h"
+#include "pass/gather_native.h"
 #include "pass/lobe.h"
+#include "pass/native/native.h"
 #include "pass/nearest.h"
 #include "pass/onward.h"
 #include "pass/receivers.h"
 
 #define HALVES 2u
-// Kinds of rays. Those of rough receivers are of the lobe alone; those of glass go on into it
-// beside them, as many.
+// Kinds of rays that are reflected.
 #define KINDS     2u
 #define OF_COSINE 0u
 #define OF_LOBE   1u
-#define OF_GLASS  2u
+
+// What is asked for: the kinds from the first on, of which there are `kind_count`, and whether as
+// many rays go on into glass that pixels show.
+struct asked {
+    const char *pass;
+    uint32_t first_kind, kind_count;
+    bool of_rough; // receivers whose lobe is not worth its price otherwise
+    bool looks_in;
+};
+static const struct asked of_lobes = {"gloss", OF_COSINE, KINDS, false, true};
+static const struct asked of_rough = {"rough", OF_LOBE, 1, true, false};
+static const struct asked of_glass = {"glass", OF_COSINE, 0, false, true};
+
 // Of rays and what they meet at once.
 #define ROOM_BYTES ((size_t)16 << 20)
 // Of the slicer, one for each evaluation of a VPL: what a ray takes to be aimed, and to be told of.
@@ -42,8 +56,7 @@ struct gloss {
     struct bd_pass_context context;
     struct bd_processor processor;
     const struct bd_far_inputs *inputs;
-    bool rough; // of receivers whose lobe is not worth its price otherwise
-    uint32_t first_kind;
+    struct asked asked;
     struct bd_surface_hits surfaces;
     struct bd_sequence sequence[HALVES * KINDS];
     uint32_t width_px, height_px, stride;
@@ -71,12 +84,12 @@ struct gloss {
 // Whether pixels that show glass are looked into.
 static bool looks_in(const struct gloss *g)
 {
-    return g->inputs->glass && !g->rough;
+    return g->inputs->glass && g->asked.looks_in;
 }
 
 static size_t rays_of_group(const struct gloss *g)
 {
-    return (size_t)BD_LANES * (KINDS - g->first_kind + looks_in(g)) * g->inputs->rays;
+    return (size_t)BD_LANES * (g->asked.kind_count + looks_in(g)) * g->inputs->rays;
 }
 
 static uint32_t receivers_at_once(const struct gloss *g)
@@ -149,13 +162,15 @@ static f3 direction_of(const struct gloss *g, const struct bd_lobe *lobe, uint32
 static float density_of(const struct gloss *g, const struct bd_lobe *lobe, f3 d)
 {
     const float of_cosine = f_max(f3_dot(lobe->at->normal, d), 0) / F_PI;
-    return (float)(g->inputs->rays / HALVES) * ((g->rough ? 0 : of_cosine) + bd_lobe_pdf(lobe, d));
+    return (float)(g->inputs->rays / HALVES) *
+           ((g->asked.of_rough ? 0 : of_cosine) + bd_lobe_pdf(lobe, d));
 }
 
 static f3 reflected(const struct gloss *g, const struct bd_lobe *lobe, f3 d)
 {
-    const float specular = g->rough ? bd_lobe_specular(lobe, d) : 0;
-    return g->rough ? f3_of(specular, specular, specular) : bd_lobe_received(lobe, d).beyond;
+    if (!g->asked.of_rough) return bd_lobe_received(lobe, d).beyond;
+    const float specular = bd_lobe_specular(lobe, d);
+    return f3_of(specular, specular, specular);
 }
 
 // False where nothing would come of it.
@@ -177,7 +192,7 @@ static bool aim(const struct gloss *g, const struct bd_lobe *lobe, f3 d, struct 
 
 static bool is_asked(const struct gloss *g, const struct bd_lobe *lobe)
 {
-    if (!g->rough) return lobe->is_there;
+    if (!g->asked.of_rough) return lobe->is_there;
     return !lobe->at->has_lobe && f3_dot(lobe->at->normal, lobe->at->viewer) > 0;
 }
 
@@ -192,9 +207,9 @@ static struct share share_of(const struct gloss *g, const struct bd_area_receive
 static size_t aim_lobe(const struct gloss *g, const struct bd_lobe *lobe, size_t next)
 {
     const size_t first = next;
-    const uint32_t kinds = KINDS - g->first_kind;
+    const uint32_t kinds = g->asked.kind_count;
     for (uint32_t i = 0; is_asked(g, lobe) && i < kinds * g->inputs->rays; i++) {
-        const uint32_t half = i % HALVES, kind = g->first_kind + i / HALVES % kinds;
+        const uint32_t half = i % HALVES, kind = g->asked.first_kind + i / HALVES % kinds;
         const f3 d = direction_of(g, lobe, half, kind, i / (HALVES * kinds));
         g->shares[next] = share_of(g, lobe->at, i);
         if (g->ways) g->ways[next] = bd_way_begins;
@@ -278,7 +293,7 @@ static f3 sent(const struct gloss *g, uint32_t i, float cosine)
     const struct bd_ray_hit *hit = &g->hits[i];
     const f3 diffuse =
         bd_surface_hit_diffuse(&g->surfaces, hit->triangle, hit->u, hit->v,
-                               g->rough ? g->inputs->sends : BD_SENDS_LAMBERT, cosine);
+                               g->asked.of_rough ? g->inputs->sends : BD_SENDS_LAMBERT, cosine);
     return f3_scale(diffuse, 1 / F_PI);
 }
 
@@ -333,6 +348,24 @@ static enum bd_err go_on(struct gloss *g)
                          g->numbers, g->rays, g->hits, g->ways, g->count, &g->traced, g->detail);
 }
 
+// All that places are lit by straight away, and by virtual lights.
+static enum bd_err light_places(struct gloss *g)
+{
+    const struct bd_far_inputs *in = g->inputs;
+    const struct bd_gather_chosen_native_inputs gather = {
+        .receivers = {.points = g->places, .point_count = g->count, .seed = in->seed},
+        .list = in->seen.list,
+        .rays = in->seen.rays,
+        .visibility = in->seen.visibility,
+        .of_points = g->irradiance,
+    };
+    enum bd_err err =
+        bd_first_light_run(&g->context, in->first, in->visibility, in->seed + PURPOSE, g->places,
+                           g->count, g->irradiance, g->cosine, &g->traced, g->detail);
+    if (err || !in->seen.list || g->count == 0) return err;
+    return bd_gather_chosen_native_run(&g->context, &gather, &g->traced, g->detail);
+}
+
 static enum bd_err light_part(void *user, const struct bd_receiver_part *part)
 {
     struct gloss *g = user;
@@ -351,10 +384,7 @@ static enum bd_err light_part(void *user, const struct bd_receiver_part *part)
     if (!err)
         err =
             bd_receivers_each(&g->context, part->group_count, UNITS_PER_HIT * rays, place_group, g);
-    if (!err)
-        err = bd_first_light_run(&g->context, in->first, in->visibility, in->seed + PURPOSE,
-                                 g->places, g->count, g->irradiance, g->cosine, &g->traced,
-                                 g->detail);
+    if (!err) err = light_places(g);
     bd_slicer_work(g->context.slicer, "gloss");
     if (!err)
         err = bd_receivers_each(&g->context, part->group_count, UNITS_PER_HIT * rays, reflect_group,
@@ -400,7 +430,7 @@ static enum bd_err run(struct gloss *g, const struct bd_gather_inputs *gather,
 {
     const struct bd_receivers_inputs receivers = {
         .askers = bd_gather_askers(gather),
-        .pass = g->rough ? "rough" : "gloss",
+        .pass = g->asked.pass,
         .glossy = true,
         .starts = true,
         .seed = g->inputs->seed,
@@ -413,22 +443,22 @@ static enum bd_err run(struct gloss *g, const struct bd_gather_inputs *gather,
     if (!err) err = bd_receivers_run(&g->context, &receivers, g->detail);
     if (err) return err;
     combine(g);
-    struct bd_tex **light = g->rough ? &indirect->rough : &indirect->glossy;
-    struct bd_tex **noise = g->rough ? &indirect->noise_rough : &indirect->noise_glossy;
+    const bool rough = g->asked.of_rough;
+    struct bd_tex **light = rough ? &indirect->rough : &indirect->glossy;
+    struct bd_tex **noise = rough ? &indirect->noise_rough : &indirect->noise_glossy;
     err = write_half(g, 0, "indirect light of lobes", light);
     return err ? err : write_half(g, 1, "noise of lobes", noise);
 }
 
-static enum bd_err run_of(bool rough, const struct bd_pass_context *context,
+static enum bd_err run_of(struct asked asked, const struct bd_pass_context *context,
                           const struct bd_far_inputs *inputs, const struct bd_gather_inputs *gather,
                           struct bd_indirect *indirect, struct bd_err_detail *detail)
 {
     struct gloss g = {
         .context = *context,
-        .processor = {inputs->visibility->pool, NULL},
+        .processor = {inputs->visibility->pool, bd_native_loops()},
         .inputs = inputs,
-        .rough = rough,
-        .first_kind = rough ? OF_LOBE : OF_COSINE,
+        .asked = asked,
         .width_px = gather->viewpoint->width_px,
         .height_px = gather->viewpoint->height_px,
         .stride = bd_sequence_stride(inputs->rays / HALVES),
@@ -449,7 +479,7 @@ enum bd_err bd_gloss_run(const struct bd_pass_context *context, const struct bd_
                          const struct bd_gather_inputs *gather, struct bd_indirect *indirect,
                          struct bd_err_detail *detail)
 {
-    return run_of(false, context, inputs, gather, indirect, detail);
+    return run_of(of_lobes, context, inputs, gather, indirect, detail);
 }
 
 enum bd_err bd_gloss_of_rough_run(const struct bd_pass_context *context,
@@ -457,5 +487,17 @@ enum bd_err bd_gloss_of_rough_run(const struct bd_pass_context *context,
                                   const struct bd_gather_inputs *gather,
                                   struct bd_indirect *indirect, struct bd_err_detail *detail)
 {
-    return run_of(true, context, inputs, gather, indirect, detail);
+    return run_of(of_rough, context, inputs, gather, indirect, detail);
+}
+
+enum bd_err bd_gloss_of_glass_run(const struct bd_pass_context *context,
+                                  const struct bd_far_inputs *inputs,
+                                  const struct bd_gather_inputs *gather, struct bd_indirect **out,
+                                  struct bd_err_detail *detail)
+{
+    struct bd_indirect *indirect = *out = calloc(1, sizeof *indirect);
+    BD_ASSERT(indirect);
+    const enum bd_err err = run_of(of_glass, context, inputs, gather, indirect, detail);
+    if (err) bd_indirect_destroy(context->gpu, out);
+    return err;
 }

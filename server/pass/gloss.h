@@ -29,4 +29,13 @@ enum bd_err bd_gloss_of_rough_run(const struct bd_pass_context *context,
                                   const struct bd_gather_inputs *gather,
                                   struct bd_indirect *indirect, struct bd_err_detail *detail);
 
+// What pixels that show glass let through, and nothing else: where what is reflected is told by
+// others. Places behind it are lit by `inputs->seen` beside first light. `*out`, the caller's, has
+// `glossy`, `noise_glossy` and `rays` alone. In a pass "glass".
+BD_MUST_CHECK
+enum bd_err bd_gloss_of_glass_run(const struct bd_pass_context *context,
+                                  const struct bd_far_inputs *inputs,
+                                  const struct bd_gather_inputs *gather, struct bd_indirect **out,
+                                  struct bd_err_detail *detail);
+
 #endif
