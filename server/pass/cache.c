@@ -118,6 +118,7 @@ static enum bd_err look_around(struct cache *c)
     const struct bd_receivers_inputs receivers = {
         .askers = bd_gather_askers(c->inputs->gather),
         .starts = true,
+        .glossy = c->rays.enters,
         .seed = c->inputs->far.seed,
         .receivers_max = receivers_at_once(c),
         .light = find_places,
@@ -188,6 +189,7 @@ enum bd_err bd_cache_run(const struct bd_pass_context *context,
     };
     c.context.processor = &c.processor;
     c.rays.glass = inputs->far.glass ? &c.surfaces : NULL;
+    c.rays.enters = inputs->far.glass == BD_GLASS_PASSES;
     *out = NULL;
     bd_surface_hits_init(&c.surfaces, inputs->far.snapshot);
     bd_gpu_pass_begin(context->gpu, "cache");

@@ -7,6 +7,7 @@
 #include "kernel/lift.h"
 #include "lights/directions.h"
 #include "pass/f3_arrays.h"
+#include "pass/lobe.h"
 #include "pass/nearest.h"
 
 #define HALVES BD_COSINE_HALVES
@@ -75,6 +76,14 @@ static f3 lifted(const struct bd_cosine_rays *r, const struct receiver *at)
     return f3_add(at->position, f3_scale(at->normal_geometric, lift));
 }
 
+// Whether a pixel shows glass.
+static bool shows_glass(const struct bd_cosine_rays *r, uint32_t group, uint32_t lane,
+                        struct bd_area_receiver *at, struct bd_interface *glass)
+{
+    return r->enters && bd_lobe_receiver_at(r->part, group, lane, at) &&
+           bd_interface_seen_at(r->glass, at->triangle, at->position, at->viewer, glass);
+}
+
 // False where it would go into the surface.
 static bool aim(const struct bd_cosine_rays *r, const struct receiver *at, uint32_t number,
                 struct bd_ray *ray)
@@ -89,6 +98,26 @@ static bool aim(const struct bd_cosine_rays *r, const struct receiver *at, uint3
                            .direction = {d.x, d.y, d.z},
                            .far = r->reach > 0 ? r->reach : INFINITY};
     return f3_dot(d, at->normal_geometric) > 0;
+}
+
+// Rays of a receiver, from place `next` on; how many.
+static size_t aim_all(const struct bd_cosine_rays *r, uint32_t group, uint32_t lane,
+                      const struct receiver *at, size_t next)
+{
+    const size_t first = next;
+    struct bd_area_receiver seen;
+    struct bd_interface glass;
+    const bool enters = shows_glass(r, group, lane, &seen, &glass);
+    for (uint32_t i = 0; i < r->of_receiver; i++) {
+        r->lanes[next] = (uint8_t)(lane * HALVES + i % HALVES);
+        r->numbers[next] = at->place * r->stride * HALVES + i;
+        if (r->ways) r->ways[next] = bd_way_begins;
+        next += enters && i % 2 == 1
+                    ? bd_onward_enter(&glass, seen.viewer, r->seed, r->numbers[next],
+                                      &r->rays[next], &r->ways[next])
+                    : aim(r, at, i, &r->rays[next]);
+    }
+    return next - first;
 }
 
 static void aim_group(void *user, uint32_t group)
@@ -108,11 +137,7 @@ static void aim_group(void *user, uint32_t group)
         at.normal_geometric = f3_at(&starts->normal_geometric, lane);
         at.basis = bd_basis_of(at.normal);
         at.triangle = starts->triangle[lane];
-        for (uint32_t i = 0; i < r->of_receiver; i++) {
-            r->lanes[next] = (uint8_t)(lane * HALVES + i % HALVES);
-            r->numbers[next] = at.place * r->stride * HALVES + i;
-            next += aim(r, &at, i, &r->rays[next]);
-        }
+        next += aim_all(r, group, lane, &at, next);
     }
     r->ray_count[group] = (uint32_t)(next - first);
 }
@@ -127,6 +152,7 @@ static void close_ranks(struct bd_cosine_rays *r)
         memmove(r->rays + r->count, r->rays + from, r->ray_count[g] * sizeof *r->rays);
         memmove(r->lanes + r->count, r->lanes + from, r->ray_count[g] * sizeof *r->lanes);
         memmove(r->numbers + r->count, r->numbers + from, r->ray_count[g] * sizeof *r->numbers);
+        if (r->ways) memmove(r->ways + r->count, r->ways + from, r->ray_count[g] * sizeof *r->ways);
         r->first_ray[g] = r->count;
         r->count += r->ray_count[g];
     }
@@ -146,7 +172,6 @@ enum bd_err bd_cosine_rays_trace(const struct bd_pass_context *context, struct b
     if (err) return err;
     close_ranks(r);
     err = bd_nearest_ask(context, visibility, r->rays, r->count, r->hits, &r->traced, detail);
-    for (uint32_t i = 0; r->glass && i < r->count; i++) r->ways[i] = bd_way_begins;
     if (err || !r->glass) return err;
     return bd_onward_run(context, r->glass, visibility, BD_CARRIES_RADIANCE, r->seed, r->numbers,
                          r->rays, r->hits, r->ways, r->count, &r->traced, detail);

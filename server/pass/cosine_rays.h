@@ -21,6 +21,9 @@ struct bd_cosine_rays {
     bool (*needs_none)(const void *user, f3 position);
     const void *user;
     const struct bd_surface_hits *glass; // of a scene where rays go on through that; or NULL
+    // Of pixels that show glass every other ray goes into it, as whoever looks does; wants `glass`,
+    // and parts that have surfaces.
+    bool enters;
     // Of a part: its groups' rays side by side.
     uint32_t count;
     struct bd_ray *rays;
