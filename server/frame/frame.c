@@ -132,6 +132,7 @@ static enum bd_err composite(struct bd_frame *frame, bool first, bool only,
         .direct = frame->made.direct ? frame->made.direct->radiance : NULL,
         .area_light = frame->made.area_light,
         .indirect = frame->made.indirect,
+        .glass = frame->made.glass,
         .filtered = frame->plan->filtered,
         .whole =
             (frame->plan->final_gather || frame->plan->photons) && !frame->plan->params.lambert,
@@ -243,6 +244,7 @@ static enum bd_err add_sub_frame(struct bd_frame *frame, struct bd_frame_sums *s
     if (sums->count == 0 && frame->plan->block_px > 1)
         count_indirect(frame->first.indirect, &sums->counts);
     count_indirect(frame->made.indirect, &sums->counts);
+    count_indirect(frame->made.glass, &sums->counts);
     sums->count++;
     return BD_ERR_OK;
 }
@@ -324,6 +326,7 @@ static enum bd_err run_sub_frames(struct bd_frame *frame, struct bd_tex *layers[
         if (frame->plan->block_px > 1) count_indirect(frame->first.indirect, &counts);
         err = composite(frame, true, true, layers);
         count_indirect(frame->made.indirect, &counts);
+        count_indirect(frame->made.glass, &counts);
         report_counts(frame->report, &counts);
         return err;
     }

@@ -63,8 +63,8 @@ static enum bd_tracing tracing_of(const struct bd_plan *plan)
     if (plan->technique->is_reference || plan->params.drawing == BD_DRAWING_RASTER)
         return BD_TRACING_NONE;
     if (plan->params.drawing == BD_DRAWING_RAYS) return BD_TRACING_ALL;
-    const bool has_rays =
-        plan->rays || plan->area_lights || plan->punctuals_by_rays || plan->light_paths;
+    const bool has_rays = plan->rays || plan->area_lights || plan->punctuals_by_rays ||
+                          plan->light_paths || plan->shows_glass;
     return has_rays && !plan->params.paper_mode && plan->triangle_count > BD_PLAN_DRAWN_MAX
                ? BD_TRACING_WHERE_MANY
                : BD_TRACING_NONE;
@@ -303,10 +303,17 @@ static void list_omitted(const struct bd_plan *plan, const struct bd_scene *scen
         list_omitted_of_clamp(plan, report);
 }
 
+// Whether the technique's own rays and photons go on through glass.
+static bool follows(const struct bd_plan *plan)
+{
+    return plan->technique->inputs & (BD_INPUT_FINAL_GATHER | BD_INPUT_PHOTONS);
+}
+
 // Rays alone go through glass.
 static bool may_look_through(const struct bd_plan *plan)
 {
     if (plan->params.lambert || plan->params.paper_mode) return false;
+    if (!follows(plan) && plan->params.light_rays == 0) return false;
     return !bd_plan_reads(plan, BD_PARAM_RESIDUAL) || bd_params_bring_back(&plan->params);
 }
 
@@ -344,7 +351,9 @@ static void flag_what_is_not_honoured(const struct bd_plan *plan, const struct b
     if (f->has_blend && !model.coverage)
         bd_report_flag(report, "blend_as_mask%s", plan->blends ? ": as lamps see it" : "");
     if (f->has_transmissive && !model.transmission)
-        bd_report_flag(report, "transmission_as_opaque%s", plan->panes ? ": as it is seen" : "");
+        bd_report_flag(report, "transmission_as_opaque");
+    else if (f->has_transmissive && plan->shows_glass && !plan->panes)
+        bd_report_flag(report, "transmission_as_opaque: as lamps see it");
     if (plan->panes && plan->straight == BD_STRAIGHT_ALL && f->has_lens)
         bd_report_flag(report, "transmission_shadow");
     if (plan->indirect && f->has_glossy && !plan->params.lambert && !model.glossy_receivers)
@@ -371,7 +380,8 @@ static bool has_indirect(const struct bd_plan *plan)
 // Light that is interpolated between blocks does not know.
 static bool doubts(const struct bd_plan *plan)
 {
-    if (!plan->chosen) return bd_plan_has(plan, BD_STAGE_AREA_LIGHT);
+    if (!plan->chosen)
+        return bd_plan_has(plan, BD_STAGE_AREA_LIGHT) || bd_plan_has(plan, BD_STAGE_GLASS);
     return !bd_plan_has(plan, BD_STAGE_FRAGMENTS) && plan->params.rays > 1;
 }
 
@@ -503,9 +513,7 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
     out->sky = renders && f->has_environment && lights & BD_LIGHTS_ENVIRONMENT;
     out->area_lights = out->emitters || out->sky;
     out->light_count = count_lights(out, scene);
-    out->straight = out->technique->inputs & (BD_INPUT_FINAL_GATHER | BD_INPUT_PHOTONS)
-                        ? BD_STRAIGHT_PANES
-                        : BD_STRAIGHT_ALL;
+    out->straight = follows(out) ? BD_STRAIGHT_PANES : BD_STRAIGHT_ALL;
     out->panes = looks_straight(out, f);
     out->punctuals_by_rays = are_by_rays(out, scene, request);
     const bool reflects = out->technique->indirect != NULL;
@@ -522,9 +530,11 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
         !out->photons && (reflects_areas || out->final_gather ||
                           (out->indirect && (out->bounces > 1 || out->punctuals_by_rays)));
     out->glass = renders && f->has_transmissive && model_of(out).transmission;
-    out->goes_on = out->glass || (renders && f->has_mirror && model_of(out).transmission);
+    out->shows_glass = out->glass && !follows(out) && (out->area_lights || out->light_count > 0);
+    out->goes_on =
+        follows(out) && model_of(out).transmission && (f->has_transmissive || f->has_mirror);
     out->glossy = out->indirect && out->technique->model.glossy_receivers && !out->params.lambert &&
-                  (f->has_glossy || out->glass);
+                  (f->has_glossy || (out->glass && follows(out)));
     out->rough = out->final_gather && !out->params.lambert && f->has_rough &&
                  (out->short_rays || !(out->technique->inputs & BD_INPUT_SCREEN)) &&
                  out->params.far_rays >= BD_FAR_RAYS_FOR_ROUGH;
@@ -554,7 +564,8 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
     out->tracing = tracing_of(out);
     for (enum bd_stage stage = 0; stage < BD_STAGE_COUNT; stage++)
         if (bd_stage_rows[stage].is_needed(out)) out->stages |= 1u << stage;
-    out->in_rounds = out->chosen || out->photons || bd_plan_has(out, BD_STAGE_AREA_LIGHT);
+    out->in_rounds =
+        out->chosen || out->photons || out->shows_glass || bd_plan_has(out, BD_STAGE_AREA_LIGHT);
     out->doubts = doubts(out);
     out->layers = layers_of(out, request);
     out->traced_stages = traced_stages_of(out, scene, request);

@@ -56,6 +56,7 @@ struct bd_plan {
     bool glass;           // some surface lets light through, and the technique knows
     bool panes;           // who looks for lights looks straight through glass, of this kind:
     enum bd_straight straight;
+    bool shows_glass;     // of which rays of a stage's own bring what is behind it
     bool goes_on;         // rays and photons do, from that or from mirrors
     bool caustics;        // lamps send light to either, and photons bring it
     bool emission;        // some surface emits or is unlit
@@ -121,10 +122,17 @@ uint32_t bd_plan_clusters_most(const struct bd_plan *plan, const struct bd_light
 uint32_t bd_plan_tree_root_side(const struct bd_plan *plan, const struct bd_light_setup *light,
                                 uint32_t grid_side);
 
+// Some VPLs of a list are asked. A tree is in order by itself, and so is what a final gather asks.
+static inline bool bd_plan_gathers_in_order(const struct bd_plan *plan)
+{
+    return plan->chosen && !(plan->technique->inputs & (BD_INPUT_VPL_TREE | BD_INPUT_FINAL_GATHER));
+}
+
 // Rays that look for lights, or for what is seen, ask the processor, whatever the device.
 static inline bool bd_plan_asks_processor(const struct bd_plan *plan)
 {
-    return plan->area_lights || plan->punctuals_by_rays || plan->tracing != BD_TRACING_NONE;
+    return plan->area_lights || plan->punctuals_by_rays || plan->shows_glass ||
+           plan->tracing != BD_TRACING_NONE;
 }
 
 // VPLs of light paths; 0 where there are none, and for a final gather without a sky. For trees a square of

@@ -106,10 +106,14 @@ static bool has_tree(const struct bd_plan *plan)
     return reflects_punctuals(plan) && takes(plan, BD_INPUT_VPL_TREE);
 }
 
-// A tree is in order by itself, and so is what a final gather asks.
 static bool has_order(const struct bd_plan *plan)
 {
-    return plan->chosen && !takes(plan, BD_INPUT_VPL_TREE | BD_INPUT_FINAL_GATHER);
+    return bd_plan_gathers_in_order(plan) || (plan->shows_glass && plan->indirect);
+}
+
+static bool shows_glass(const struct bd_plan *plan)
+{
+    return plan->shows_glass;
 }
 
 static bool has_imperfect_shadows(const struct bd_plan *plan)
@@ -290,6 +294,7 @@ OUTPUT(fragments, fragments)
 OUTPUT(surfaces, surfaces)
 OUTPUT(indirect, indirect)
 OUTPUT(occluders, occluders)
+OUTPUT(glass, indirect)
 
 static uint64_t emitters_bytes(const void *output)
 {
@@ -583,6 +588,19 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
             .reads = BD_READ_ALONE,
             .brackets_itself = true,
             KEEPS(indirect, frame, made.indirect, bd_run_share),
+        },
+    [BD_STAGE_GLASS] =
+        {
+            .pass = "glass",
+            .of = BD_STAGE_OF_EACH,
+            .is_needed = shows_glass,
+            .from = STAGE(SEEN) | STAGE(RAYS) | STAGE(EMITTERS) | STAGE(VPL_ORDER) |
+                    STAGE(IMPERFECT_SHADOWS),
+            .reads = READS_BRDF | ASPECT(MEDIUM) | BD_READ_UNIT | BD_READ_LIGHT_SHAPE |
+                     BD_READ_LIGHT_POWER | BD_READ_LIGHT_SEED,
+            .params = PARAM(BRDF) | PARAM(ALPHA) | PARAM(LIGHT_RAYS) | PARAM(INDIRECT_VISIBILITY),
+            .brackets_itself = true,
+            KEEPS(glass, frame, made.glass, bd_run_glass),
         },
     [BD_STAGE_COMPOSITE] = {.pass = "composite",
                             .of = BD_STAGE_OF_EACH,

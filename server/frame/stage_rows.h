@@ -44,6 +44,7 @@
     X(SURFACES, surfaces)                                                                          \
     X(INDIRECT, indirect) /* the technique's own passes */                                         \
     X(SHARE, share)       /* the same for later sub-frames, from the first one's */                \
+    X(GLASS, glass)       /* as it is seen, where the technique has no rays for that */            \
     X(COMPOSITE, composite)                                                                        \
     X(READBACK, readback)
 

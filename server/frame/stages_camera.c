@@ -9,6 +9,7 @@
 #include "frame/sub_frames.h"
 #include "pass/area_direct.h"
 #include "pass/upsample.h"
+#include "technique/glass_light.h"
 #include "technique/sub_frame_light.h"
 
 enum bd_err bd_run_gbuffer(struct bd_frame *frame, struct bd_frame_light *light)
@@ -188,7 +189,9 @@ static enum bd_err with_inputs(struct bd_frame *frame,
     };
     const struct bd_env_view images = {frame->env_maps, frame->plan->params.paper_mode};
     struct bd_light_uniform *punctuals =
-        frame->plan->final_gather || frame->plan->photons ? bd_stage_punctuals(frame) : NULL;
+        frame->plan->final_gather || frame->plan->photons || frame->plan->shows_glass
+            ? bd_stage_punctuals(frame)
+            : NULL;
     const struct bd_first_light first_light = {
         frame->emitters,
         punctuals,
@@ -276,6 +279,24 @@ enum bd_err bd_run_share(struct bd_frame *frame, struct bd_frame_light *light)
     for (const struct bd_technique_pass *pass = technique->passes; pass->name; pass++)
         if (has_lit_by(frame, pass)) bd_stage_mark(frame, pass->name, BD_PASS_RAN);
     return BD_ERR_OK;
+}
+
+// For glass of a pixel as many as a quarter of those that it has for lights: each end asks lights
+// itself.
+#define GLASS_SHARE 4u
+
+static enum bd_err show_glass(struct bd_frame *frame, const struct bd_technique_inputs *inputs)
+{
+    const struct bd_visibility_inputs visibility = bd_stage_light_visibility(frame);
+    const uint32_t rays = light_rays_of(frame) / GLASS_SHARE & ~1u;
+    return bd_glass_light(&frame->context, inputs, &visibility, rays ? rays : 2, &frame->made.glass,
+                          frame->detail);
+}
+
+enum bd_err bd_run_glass(struct bd_frame *frame, struct bd_frame_light *light)
+{
+    (void)light;
+    return with_inputs(frame, show_glass);
 }
 
 void bd_stage_forget_camera_side(struct bd_frame *frame)

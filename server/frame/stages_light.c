@@ -307,7 +307,7 @@ uint32_t bd_stage_gathered_lists(const struct bd_frame *frame, const struct bd_v
     const struct bd_light_paths *paths = frame->light_paths;
     if (frame->plan->final_gather)
         lists[0] = paths->clamped ? paths->clamped : paths->first;
-    else if (frame->order)
+    else if (bd_plan_gathers_in_order(frame->plan))
         lists[0] = frame->order;
     else
         return bd_stage_lists(frame, lists);

@@ -25,8 +25,8 @@ static uint64_t sums_bytes(const struct bd_frame_sums *sums)
 // The layers asked for, and the first sub-frame, of which the others follow. Not how many.
 static uint64_t key_sums(const struct bd_frame *frame)
 {
-    static const enum bd_stage of[] = {BD_STAGE_GBUFFER, BD_STAGE_DIRECT, BD_STAGE_AREA_LIGHT,
-                                       BD_STAGE_INDIRECT, BD_STAGE_SHARE};
+    static const enum bd_stage of[] = {BD_STAGE_GBUFFER,  BD_STAGE_DIRECT, BD_STAGE_AREA_LIGHT,
+                                       BD_STAGE_INDIRECT, BD_STAGE_SHARE,  BD_STAGE_GLASS};
     uint64_t key = bd_key_begin("sums");
     for (size_t i = 0; i < sizeof of / sizeof *of; i++)
         key = bd_key_number(key, frame->keys[of[i]]);

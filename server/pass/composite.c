@@ -25,6 +25,7 @@ static struct bd_program_source source_of(const struct bd_composite_inputs *inpu
         bd_define(&source.defines, "BD_GLOSSY", 1);
     if (light && (doubt ? light->noise_rough != NULL : indirect && light->rough))
         bd_define(&source.defines, "BD_ROUGH", 1);
+    if (inputs->glass && (indirect || doubt)) bd_define(&source.defines, "BD_GLASS", 1);
     if (emission && inputs->gbuffer->emission) bd_define(&source.defines, "BD_EMISSION", 1);
     if (inputs->whole) bd_define(&source.defines, "BD_WHOLE", 1);
     if (inputs->lambert) bd_define(&source.defines, "BD_LAMBERT", 1);
@@ -41,6 +42,9 @@ static void bind_inputs(const struct bd_composite_inputs *inputs, bool doubt,
     bindings->textures[BD_UNIT_GBUFFER_EMISSION].tex = inputs->gbuffer->emission;
     bindings->textures[BD_UNIT_DIRECT].tex = inputs->direct;
     if (area) bindings->textures[BD_UNIT_AREA_LIGHT].tex = doubt ? area->doubt : area->radiance;
+    if (inputs->glass)
+        bindings->textures[BD_UNIT_GLASS].tex =
+            doubt ? inputs->glass->noise_glossy : inputs->glass->glossy;
     if (!indirect) return;
     bindings->textures[BD_UNIT_INDIRECT].tex = doubt ? indirect->noise : indirect->irradiance;
     bindings->textures[BD_UNIT_INDIRECT_GLOSSY].tex =

@@ -20,6 +20,7 @@ struct bd_composite_inputs {
     const struct bd_tex *direct;             // NULL: no punctual light shines
     const struct bd_area_direct *area_light; // NULL: nothing with a size shines
     const struct bd_indirect *indirect;      // NULL: the technique has none
+    const struct bd_indirect *glass;         // NULL: what it shows is in `indirect`, or nothing
     bool filtered;                           // indirect light: its noise is what doubt is left
     bool whole; // receivers without a lobe worth rays reflect it by their whole BRDF, in the mean
     bool lambert;

@@ -102,7 +102,10 @@ const struct bd_technique bd_technique_hisr = {
     .name = "hisr",
     .summary =
         "one bounce from a tree of virtual lights, a cut of it for each smooth block of pixels",
-    .model = {.indirect_bounces = 1, .lights = BD_LIGHTS_ALL, .indirect_lights = BD_LIGHTS_ALL},
+    .model = {.indirect_bounces = 1,
+              .lights = BD_LIGHTS_ALL,
+              .indirect_lights = BD_LIGHTS_ALL,
+              .transmission = true},
     .inputs = BD_INPUT_VPL_GRID | BD_INPUT_VPL_TREE | BD_INPUT_FRAGMENTS,
     .passes = passes,
     .params_read = BD_READS_VPL_GRID | BD_READS_LIGHT_PATHS | BD_READS_VISIBILITY |

@@ -36,7 +36,10 @@ const struct bd_technique bd_technique_isr = {
     .summary =
         "one bounce from blocks of each light's view, large where it is smooth, gathered once "
         "for each smooth block of pixels",
-    .model = {.indirect_bounces = 1, .lights = BD_LIGHTS_ALL, .indirect_lights = BD_LIGHTS_ALL},
+    .model = {.indirect_bounces = 1,
+              .lights = BD_LIGHTS_ALL,
+              .indirect_lights = BD_LIGHTS_ALL,
+              .transmission = true},
     .inputs = BD_INPUT_VPL_CLUSTERS | BD_INPUT_FRAGMENTS,
     .passes = passes,
     .params_read = BD_READS_VPL_GRID | BD_READS_LIGHT_PATHS | BD_READS_VISIBILITY |

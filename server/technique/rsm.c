@@ -33,7 +33,8 @@ const struct bd_technique bd_technique_rsm = {
     .model = {.indirect_bounces = 1,
               .lights = BD_LIGHTS_ALL,
               .indirect_lights = BD_LIGHTS_ALL,
-              .glossy_receivers = true},
+              .glossy_receivers = true,
+              .transmission = true},
     .inputs = BD_INPUT_VPL_GRID,
     .passes = passes,
     .params_read = BD_READS_VPL_GRID | BD_READS_LIGHT_PATHS | BD_READS_VISIBILITY |

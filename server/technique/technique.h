@@ -105,7 +105,8 @@ struct bd_surfaces;
 struct bd_vpl_tree;
 
 // What stages of a frame made of what the camera sees (frame/stage_rows.h), each by its stage's
-// name. The frame's memo owns it. A technique has no `direct`, `area_light` and `indirect`.
+// name. The frame's memo owns it. A technique has no `direct`, `area_light`, `indirect` and
+// `glass`.
 struct bd_made {
     struct bd_gbuffer *gbuffer;
     struct bd_direct *direct;
@@ -114,6 +115,7 @@ struct bd_made {
     struct bd_fragments *fragments;
     struct bd_surfaces *surfaces;
     struct bd_indirect *indirect;
+    struct bd_indirect *glass; // what glass shows, where the technique has no rays for it
 };
 
 struct bd_technique_inputs {

@@ -40,6 +40,7 @@
 #define BD_UNIT_INDIRECT_GLOSSY  8
 #define BD_UNIT_AREA_LIGHT       9
 #define BD_UNIT_INDIRECT_ROUGH   10
+#define BD_UNIT_GLASS            11
 
 // Textures of what works on blocks of pixels (shared/multires.h), beside the G-buffer and VPLs.
 #define BD_UNIT_BLOCK_FLAGS          8

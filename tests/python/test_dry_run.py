@@ -3,7 +3,7 @@ the real renderer."""
 import bounced
 import pytest
 from conftest import SCENES
-from every_edit import EDITS
+from every_edit import EDITS, material
 
 LOOK = {"size": (24, 16), "layers": ["direct", "indirect", "emission"]}
 SMALL_MAPS = {"shadow_size": 64, "rsm_size": 32}
@@ -31,13 +31,27 @@ def states(frame):
     ("many_light", {"vpls": 256, "walk_vpls": 256, "cache_cells": 256}),
     ("multires_gather", {"lamps": "rays", "light_rays": 2}), ("hisr", {"lamps": "rays", "indirect_bounces": 2, "vpls": 1024})])
 def test_the_renderer_does_what_the_dry_run_said(daemon, technique, parameters):
+    compare(daemon, technique, parameters)
+
+
+# Half of a surface is glass, and is seen through. What is unlit is none: stages come and go, which the memo still has.
+@pytest.mark.parametrize("technique", ["direct", "hisr"])
+def test_of_glass_too(daemon, technique):
+    compare(daemon, technique, {"light_rays": 8}, begin=material(transmission=.5, roughness=.2),
+            edits={name: change for name, change in EDITS.items() if name not in ("unlit", "lit again")})
+
+
+def compare(daemon, technique, parameters, begin=None, edits=EDITS):
     (read,) = ({p["key"] for p in t["parameters"]} for t in daemon.techniques() if t["name"] == technique)
     maps = {key: side for key, side in SMALL_MAPS.items() if key in read}
     look = {**LOOK, "technique": technique, "parameters": {**maps, **parameters}}
     scene = daemon.scenes.add(SCENES / "two_lights.glb")
     objects = scene.objects()
+    if begin:
+        with scene.edit() as edit:
+            begin(edit, objects)
     scene.render(**look)
-    for name, change in EDITS.items():
+    for name, change in edits.items():
         with scene.edit(dry_run=True, frame=look) as edit:
             change(edit, objects)
         said = edit.result

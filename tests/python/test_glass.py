@@ -53,6 +53,36 @@ def test_a_pane_lets_through_what_fresnel_leaves(client, tmp_path):
     assert seen == pytest.approx(.96 / 1.04, rel=3e-3)
 
 
+WITHOUT_PHOTONS = ("direct", "rsm", "isr", "hisr", "multires_gather")
+
+
+@pytest.mark.parametrize("technique", WITHOUT_PHOTONS)
+def test_who_has_no_rays_of_its_own_shows_what_is_behind_glass(client, tmp_path, technique):
+    """An emitter by Fresnel and tint, an absorbing solid by its thickness."""
+    seen = through(client, tmp_path, [(pane(0, 9), TINTED)], technique=technique, yfov=.05).mean((0, 1))
+    assert seen == pytest.approx(numpy.array([.5, .8, 1]) * .96, rel=2e-3)
+    amber = json.loads(json.dumps(GLASS))
+    amber["extensions"]["KHR_materials_volume"].update(attenuationDistance=.5, attenuationColor=[.9, .5, .1])
+    slab = [(pane(.5, 9), amber), (pane(-.5, 9, facing=-1), amber)]
+    seen = through(client, tmp_path, slab, technique=technique, yfov=.05, parameters={"light_rays": 64}).mean((0, 1))
+    assert seen == pytest.approx(numpy.array([.9, .5, .1]) ** 2 * .96 ** 2, rel=.03)
+
+
+ALL_WAYS = [*((name, {}) for name in (*WITHOUT_PHOTONS, "many_light", "photon")),
+            *((name, more) for name in WITHOUT_PHOTONS[1:] for more in ({"indirect_visibility": "rays"}, {"lamps": "maps"}))]
+
+
+@pytest.mark.parametrize("technique, more", ALL_WAYS, ids=[f"{name}{''.join(more.values())}" for name, more in ALL_WAYS])
+def test_a_room_is_seen_through_a_small_pane_as_without(client, tmp_path, technique, more):
+    """Reflected light, too: a pane that hides nothing takes its four hundredths of everything."""
+    matt = {**GREY, "extensions": {"KHR_materials_ior": {"ior": 1}}, "doubleSided": True}  # glass shows no highlights of what is behind it
+    room = [(mesh, matt) for mesh, _ in walls()]
+    seen = [look(add(client, tmp_path, [*room, *glass], light={"type": "point", "intensity": 5}, at=(.3, .4, .2)), technique,
+                 eye=(0, 0, .9), yfov=.9, aa=4, parameters=more).mean() for glass in ([], [(pane(.85, .05), THIN)])]
+    print(seen[1] / seen[0])
+    assert seen[1] == pytest.approx(.96 * seen[0], rel=.01)
+
+
 def test_a_solid_absorbs_by_its_thickness(client, tmp_path):
     amber = json.loads(json.dumps(GLASS))
     amber["extensions"]["KHR_materials_volume"].update(attenuationDistance=.5, attenuationColor=[.9, .5, .1])
@@ -116,7 +146,8 @@ def test_a_room_behind_a_window_is_lit(client, tmp_path, shines):
 
 def test_who_does_not_know_glass_says_so(client, tmp_path):
     scene = add(client, tmp_path, [(sphere(16), GLASS), (pane(-3, 9), lamp(1))])
-    for technique, knows, bends in (("many_light", True, True), ("ssbc", True, True), ("direct", True, False), ("hisr", False, False)):
+    for technique, knows, bends in (("many_light", True, True), ("ssbc", True, True), ("direct", True, False), ("hisr", True, False),
+                                     ("multires_splat", False, True)):
         flags = scene.render(size=(8, 8), technique=technique).report["flags"]
         assert any("transmission_as_opaque" in flag for flag in flags) != knows
         assert ("transmission_shadow" in flags) != bends

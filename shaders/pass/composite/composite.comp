@@ -27,6 +27,9 @@ layout(binding = BD_UNIT_INDIRECT_GLOSSY) uniform sampler2D indirect_glossy;
 #ifdef BD_ROUGH
 layout(binding = BD_UNIT_INDIRECT_ROUGH) uniform sampler2D indirect_rough;
 #endif
+#ifdef BD_GLASS
+layout(binding = BD_UNIT_GLASS) uniform sampler2D shown_by_glass;
+#endif
 #ifdef BD_EMISSION
 layout(binding = BD_UNIT_GBUFFER_EMISSION) uniform sampler2D gbuffer_emission;
 #endif
@@ -94,6 +97,9 @@ vec3 indirect_part(ivec2 pixel, receiver r)
     // Its negative part is at most the irradiance's, up to rounding.
     if (r.lit) sum = max(sum + texelFetch(indirect_glossy, pixel, 0).rgb, vec3(0.0));
 #endif
+#ifdef BD_GLASS
+    sum += texelFetch(shown_by_glass, pixel, 0).rgb;
+#endif
     return sum;
 }
 
@@ -110,6 +116,9 @@ vec3 noise_part(ivec2 pixel, receiver r)
 #endif
 #ifdef BD_GLOSSY
     if (r.lit) sum += texelFetch(indirect_glossy, pixel, 0).rgb;
+#endif
+#ifdef BD_GLASS
+    sum += texelFetch(shown_by_glass, pixel, 0).rgb;
 #endif
     return sum;
 }
