@@ -151,19 +151,35 @@ static const struct context *context_of(const struct RTCFilterFunctionNArguments
     return (const struct context *)(const void *)args->context;
 }
 
+// Of what is not opaque.
+static float presence(const struct bd_geometry *geometry, const struct bd_part *part,
+                      const struct bd_hit *hit, enum bd_alpha_reading reading)
+{
+    const struct bd_material *material = part->material;
+    const float alpha = bd_surface_alpha(geometry->scene, hit);
+    if (material->alpha_mode == BD_ALPHA_MASK) return alpha >= material->alpha_cutoff ? 1 : 0;
+    if (reading == BD_ALPHA_AS_MASK) return alpha >= 0.5f ? 1 : 0;
+    return alpha;
+}
+
+float bd_geometry_presence(const struct bd_geometry *geometry,
+                           const struct bd_intersection *intersection, enum bd_alpha_reading alpha)
+{
+    const struct bd_part *part = intersection->part;
+    if (part->material->alpha_mode == BD_ALPHA_OPAQUE) return 1;
+    return presence(geometry, part, &intersection->hit, alpha);
+}
+
 static bool is_there(const struct context *context, const struct bd_part *part,
                      const struct RTCHit *at)
 {
     struct bd_hit hit;
     set_hit(part, at->primID, at->u, at->v, &hit);
-    const struct bd_material *material = part->material;
-    float alpha = bd_surface_alpha(context->geometry->scene, &hit);
-    if (material->alpha_mode == BD_ALPHA_MASK) return alpha >= material->alpha_cutoff;
-    if (context->ray->alpha == BD_ALPHA_AS_MASK) return alpha >= 0.5f;
+    const float often = presence(context->geometry, part, &hit, context->ray->alpha);
     // By ray and triangle: the order in which Embree asks plays no part.
     uint64_t triangle = (uint64_t)at->geomID << 32 | at->primID;
     uint64_t draw = bd_mix64(bd_mix64(triangle) + context->ray->coverage_seed);
-    return (float)(draw >> 40) * 0x1p-24f < alpha;
+    return (float)(draw >> 40) * 0x1p-24f < often;
 }
 
 static void filter_by_alpha(const struct RTCFilterFunctionNArguments *args)

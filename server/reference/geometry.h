@@ -111,6 +111,9 @@ bool bd_geometry_is_blocked(const struct bd_geometry *geometry, const struct bd_
 // The point of a triangle at Embree's barycentrics, without a ray.
 void bd_geometry_point(const struct bd_part *part, uint32_t triangle, float u, float v,
                        struct bd_intersection *out);
+// How often it is there: what blends as often as it is opaque, a mask is or is not.
+float bd_geometry_presence(const struct bd_geometry *geometry,
+                           const struct bd_intersection *intersection, enum bd_alpha_reading alpha);
 // True if the material has one side and `direction` points away from behind it.
 bool bd_intersection_is_behind(const struct bd_intersection *intersection,
                                const float direction[3]);

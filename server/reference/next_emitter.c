@@ -62,6 +62,8 @@ static bool aim_at(const struct bd_path *path, const struct bd_vertex *vertex,
     if (!bd_bsdf_is_reached(&vertex->bsdf.surface, aim->direction)) return false;
     const float back[3] = {-aim->direction[0], -aim->direction[1], -aim->direction[2]};
     bd_emission_at(&reference->geometry, at, back, aim->radiance);
+    bd_vec3f_scale(aim->radiance, aim->radiance,
+                   bd_geometry_presence(&reference->geometry, at, path->integrand->alpha));
     float per_area = bd_emitters_drawn_pdf(&reference->emitters, draw);
     aim->pdf = per_steradian(per_area, at, aim->direction, at->distance);
     return aim->pdf > 0 && (aim->radiance[0] > 0 || aim->radiance[1] > 0 || aim->radiance[2] > 0);
