@@ -99,11 +99,11 @@ static void light_pairs(struct block *b, const struct pick *const picks[BD_LANES
                 f3_scale(picks[i]->passed, picks[i]->share[h]));
 }
 
-// Whether glass is all that hides a ray's light.
+// Whether glass, or what blends, is all that hides a ray's light.
 static bool passes(struct block *b, uint32_t i)
 {
     f3 *passed = &b->picks[i].passed;
-    if (!b->light->visibility->panes) return false;
+    if (!bd_visibility_looks_through(b->light->visibility)) return false;
     *passed = bd_straight_along(b->light->visibility, &b->segments[i]);
     return passed->x > 0 || passed->y > 0 || passed->z > 0;
 }
@@ -116,8 +116,9 @@ static void follow(struct block *b)
     uint32_t count = 0;
     for (uint32_t i = 0; i < b->count; i++)
         b->segments[i] = segment_to(&b->at[b->picks[i].receiver], &punctuals[b->picks[i].punctual]);
-    (void)bd_rays_occluded(light->visibility->occluders->rays, NULL, light->visibility->alpha,
-                           b->segments, b->count, b->occluded);
+    (void)bd_rays_occluded(light->visibility->occluders->rays, NULL,
+                           bd_visibility_alpha_of_lights(light->visibility), b->segments, b->count,
+                           b->occluded);
     for (uint32_t i = 0; i < b->count; i++) {
         struct pick *pick = &b->picks[i];
         if (b->occluded[i / 32] >> i % 32 & 1 && !passes(b, i)) continue;

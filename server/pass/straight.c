@@ -17,35 +17,51 @@ struct way {
     struct bd_ray_hit hit;
 };
 
-// Through the wall that it met, if that lets it: `ray` begins there then.
-static bool pass(const struct bd_visibility_inputs *v, struct bd_ray *ray, struct way *way)
+// What glass that was met lets pass; there `place` is set.
+static f3 passes_glass(const struct bd_visibility_inputs *v, const struct bd_ray_hit *hit, f3 d,
+                       f3 *place)
 {
+    struct bd_interface at;
+    if (!v->panes || !bd_interface_at(v->panes, hit->triangle, hit->u, hit->v, d, &at))
+        return f3_of(0, 0, 0);
+    *place = at.position;
+    const f3 passes = bd_interface_straight(&at, v->straight, d);
+    if (at.thin || at.entering) return passes;
+    return bd_interface_absorbed(passes, at.extinction, hit->distance);
+}
+
+// Through the wall that it met, if that lets it: `ray` begins there then.
+static bool pass(const struct bd_visibility_inputs *v, bool veils, struct bd_ray *ray,
+                 struct way *way)
+{
+    const f3 from = f3_of(ray->origin[0], ray->origin[1], ray->origin[2]);
     const f3 d = f3_of(ray->direction[0], ray->direction[1], ray->direction[2]);
     const struct bd_ray_hit *hit = &way->hit;
-    struct bd_interface at;
-    if (!bd_interface_at(v->panes, hit->triangle, hit->u, hit->v, d, &at)) return false;
-    f3 passes = bd_interface_straight(&at, v->straight, d);
-    if (!at.thin && !at.entering)
-        passes = bd_interface_absorbed(passes, at.extinction, hit->distance);
+    const float beside = veils ? 1 - bd_rays_opacity(v->occluders->rays, hit) : 0;
+    f3 place = f3_add(from, f3_scale(d, hit->distance));
+    const f3 glass = f3_scale(passes_glass(v, hit, d, &place), 1 - beside);
+    const f3 passes = f3_add(glass, f3_of(beside, beside, beside));
     if (!(passes.x > 0 || passes.y > 0 || passes.z > 0)) return false;
     way->passed = f3_mul(way->passed, passes);
     way->gone += hit->distance;
     ray->far -= hit->distance;
-    ray->origin[0] = at.position.x;
-    ray->origin[1] = at.position.y;
-    ray->origin[2] = at.position.z;
+    ray->origin[0] = place.x;
+    ray->origin[1] = place.y;
+    ray->origin[2] = place.z;
     ray->from_triangle = hit->triangle;
     return ray->far > 0;
 }
 
-// On to `to_triangle` or what does not let it pass, or nothing.
-static void go_on(const struct bd_visibility_inputs *v, struct bd_ray ray, uint32_t to_triangle,
-                  struct way *way)
+// On to `to_triangle` or what does not let it pass, or nothing. With `veils` they let it pass in
+// part, else they are there or not.
+static void go_on(const struct bd_visibility_inputs *v, bool veils, struct bd_ray ray,
+                  uint32_t to_triangle, struct way *way)
 {
+    const enum bd_rays_alpha alpha = veils ? BD_RAYS_ALPHA_ANY : v->alpha;
     for (uint32_t walls = 0; walls < BD_STRAIGHT_WALLS_MAX; walls++) {
         const uint32_t met = way->hit.triangle;
-        if (met == BD_NO_TRIANGLE || met == to_triangle || !pass(v, &ray, way)) break;
-        bd_rays_nearest(v->occluders->rays, NULL, v->alpha, &ray, 1, &way->hit);
+        if (met == BD_NO_TRIANGLE || met == to_triangle || !pass(v, veils, &ray, way)) break;
+        bd_rays_nearest(v->occluders->rays, NULL, alpha, &ray, 1, &way->hit);
     }
     way->hit.distance += way->gone;
 }
@@ -66,8 +82,8 @@ f3 bd_straight_along(const struct bd_visibility_inputs *v, const struct bd_segme
                                .direction = {d.x, d.y, d.z},
                                .far = length - bias};
     struct way way = {.passed = {1, 1, 1}};
-    bd_rays_nearest(v->occluders->rays, NULL, v->alpha, &ray, 1, &way.hit);
-    go_on(v, ray, segment->to_triangle, &way);
+    bd_rays_nearest(v->occluders->rays, NULL, bd_visibility_alpha_of_lights(v), &ray, 1, &way.hit);
+    go_on(v, v->veils, ray, segment->to_triangle, &way);
     const bool arrives =
         way.hit.triangle == BD_NO_TRIANGLE || way.hit.triangle == segment->to_triangle;
     return arrives ? way.passed : f3_of(0, 0, 0);
@@ -108,9 +124,10 @@ enum bd_err bd_straight_ask(const struct bd_pass_context *context,
                             f3 *brought, uint32_t parts, struct bd_ray_counts *traced,
                             struct bd_err_detail *detail)
 {
-    enum bd_err err =
-        bd_visibility_ask(context, visibility, segments, count, occluded, traced, detail);
-    if (err || !visibility->panes) return err;
+    struct bd_visibility_inputs first = *visibility;
+    first.alpha = bd_visibility_alpha_of_lights(visibility);
+    enum bd_err err = bd_visibility_ask(context, &first, segments, count, occluded, traced, detail);
+    if (err || !bd_visibility_looks_through(visibility)) return err;
     struct asked a = {visibility, segments, count, occluded, brought, parts};
     bd_slicer_work(context->slicer, "straight");
     return bd_receivers_each(context, (uint32_t)((count + 31) / 32), UNITS_PER_WORD, pass_word, &a);
@@ -158,7 +175,7 @@ static void follow_group(void *user, uint32_t group)
     for (size_t i = (size_t)group * BD_LANES; i < (group + 1) * (size_t)BD_LANES && i < f->count;
          i++) {
         struct way way = {{1, 1, 1}, 0, f->hits[i]};
-        go_on(f->visibility, f->rays[i], BD_NO_TRIANGLE, &way);
+        go_on(f->visibility, false, f->rays[i], BD_NO_TRIANGLE, &way);
         f->hits[i] = way.hit;
         f->passed[i] = way.passed;
     }

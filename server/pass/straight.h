@@ -1,5 +1,6 @@
-// Light that goes straight through glass between a place and a light (lights/interface.h): what
-// segments and rays that look for lights bring, beside what nothing hides.
+// Light that goes straight through glass between a place and a light (lights/interface.h), and
+// through what blends, as far as that is not opaque: what segments and rays that look for lights
+// bring, beside what nothing hides. Rays meet what blends as often as it is opaque.
 //
 // Of a segment that something hides its triangles are asked one after the other: it passes where
 // all of them are glass that lets it, by a part of each colour. Exact for panes, which turn

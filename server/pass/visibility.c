@@ -88,15 +88,17 @@ static enum bd_err ask_rays(const struct bd_pass_context *context,
                             const struct bd_segment *segments, size_t count, uint32_t *occluded,
                             struct bd_ray_counts *traced)
 {
+    const bool by_chance = inputs->by_chance && bd_visibility_looks_through(inputs);
+    const enum bd_rays_alpha alpha =
+        by_chance ? bd_visibility_alpha_of_lights(inputs) : inputs->alpha;
     bd_slicer_work(context->slicer, "visibility");
     enum bd_err err = BD_ERR_OK;
     for (size_t at = 0, rays; !err && at < count; at += rays) {
         rays = bd_rays_of_slice(context->slicer, count - at);
         const uint64_t start_ns = bd_clock_ns();
-        traced->count += bd_rays_occluded(inputs->occluders->rays, inputs->pool, inputs->alpha,
+        traced->count += bd_rays_occluded(inputs->occluders->rays, inputs->pool, alpha,
                                           segments + at, rays, occluded + at / 32);
-        if (inputs->panes && inputs->by_chance)
-            bd_straight_by_chance(inputs, segments + at, rays, occluded + at / 32);
+        if (by_chance) bd_straight_by_chance(inputs, segments + at, rays, occluded + at / 32);
         traced->ms += bd_ms_since(start_ns);
         err = bd_slicer_checkpoint(context->slicer, (double)rays);
     }

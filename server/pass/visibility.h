@@ -26,13 +26,26 @@ struct bd_visibility_inputs {
     const struct bd_imperfect_view *maps; // NULL: rays
     const struct bd_env_view *images;     // what rays ask instead of triangles; NULL: those
     bool nothing_hides;                   // no answer is yes
-    // Of who looks for lights (pass/straight.h): where glass is, through which of it they look.
+    // Of who looks for lights (pass/straight.h): where glass is, through which of it they look, and
+    // whether through what blends, as far as it is not opaque.
     const struct bd_surface_hits *panes; // NULL: through none
     enum bd_straight straight;
+    bool veils;
     // Who asks for an answer alone is told that such a segment is free as often as light passes it,
     // by a hash of the segment.
     bool by_chance;
 };
+
+// Whether who looks for lights looks through anything, and what hides those at first.
+static inline bool bd_visibility_looks_through(const struct bd_visibility_inputs *inputs)
+{
+    return inputs->panes || inputs->veils;
+}
+static inline enum bd_rays_alpha
+bd_visibility_alpha_of_lights(const struct bd_visibility_inputs *inputs)
+{
+    return inputs->veils ? BD_RAYS_ALPHA_ANY : inputs->alpha;
+}
 
 // Whether the processor answers by itself: what is for its loops has not to go by the device.
 bool bd_visibility_is_native(const struct bd_visibility_inputs *inputs);

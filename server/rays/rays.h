@@ -73,6 +73,7 @@ uint64_t bd_rays_bytes(const struct bd_rays *rays);
 enum bd_rays_alpha {
     BD_RAYS_ALPHA_MASK,     // what blends is there where it is at least half opaque
     BD_RAYS_ALPHA_COVERAGE, // it is there as often as it is opaque, by a hash of ray and triangle
+    BD_RAYS_ALPHA_ANY,      // it is there where it is opaque at all; not of a device's
 };
 
 // Sets bit i % 32 of bits[i / 32] where something lies between the ends of segments[i], and clears
@@ -90,6 +91,9 @@ void bd_rays_nearest(const struct bd_rays *rays, struct bd_pool *pool, enum bd_r
 // The same of what a sub-frame of a picture sees (bd_scene_least_alpha).
 void bd_rays_nearest_seen(const struct bd_rays *rays, struct bd_pool *pool, uint32_t sub_frame,
                           const struct bd_ray *queries, size_t count, struct bd_ray_hit *hits);
+
+// How opaque a triangle is at a point that a ray met: less than 1 where it blends.
+float bd_rays_opacity(const struct bd_rays *rays, const struct bd_ray_hit *hit);
 
 // A number in [0, 1) that two points, or a point and a direction, have together with a triangle:
 // what goes by it is the same whoever asks.

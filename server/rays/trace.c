@@ -100,10 +100,20 @@ void bd_rays_filter_cutout(const struct RTCFilterFunctionNArguments *arguments)
     const struct bd_primitive *primitive = bd_rays_primitive(context->rays, number, &triangle);
     const struct bd_material *material = &scene->materials[primitive->material];
     const float alpha = bd_cutout_alpha(scene, primitive, triangle, hit->u, hit->v);
+    const bool blends = material->alpha_mode == BD_ALPHA_BLEND;
     bool is_there = alpha >= bd_scene_least_alpha(scene, primitive->material, context->sub_frame);
-    if (material->alpha_mode == BD_ALPHA_BLEND && context->alpha == BD_RAYS_ALPHA_COVERAGE)
+    if (blends && context->alpha == BD_RAYS_ALPHA_COVERAGE)
         is_there = bd_rays_chance(context->origin, context->direction, number) < alpha;
+    if (blends && context->alpha == BD_RAYS_ALPHA_ANY) is_there = alpha > 0;
     if (!is_there) arguments->valid[0] = 0;
+}
+
+float bd_rays_opacity(const struct bd_rays *rays, const struct bd_ray_hit *hit)
+{
+    uint32_t triangle;
+    const struct bd_primitive *primitive = bd_rays_primitive(rays, hit->triangle, &triangle);
+    if (rays->scene->materials[primitive->material].alpha_mode != BD_ALPHA_BLEND) return 1;
+    return bd_cutout_alpha(rays->scene, primitive, triangle, hit->u, hit->v);
 }
 
 static struct context context_for(const struct bd_rays *rays, enum bd_rays_alpha alpha,
