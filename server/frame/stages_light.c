@@ -119,8 +119,8 @@ enum bd_err bd_run_emitters(struct bd_frame *frame, struct bd_frame_light *light
 {
     (void)light;
     bd_slicer_work(frame->context.slicer, "emitters");
-    return bd_area_lights_create(frame->snapshot, bd_slicer_pause, frame->context.slicer,
-                                 &frame->emitters, frame->detail);
+    return bd_area_lights_create(frame->snapshot, frame->plan->veils, bd_slicer_pause,
+                                 frame->context.slicer, &frame->emitters, frame->detail);
 }
 
 enum bd_err bd_run_vpl_tree(struct bd_frame *frame, struct bd_frame_light *light)

@@ -37,11 +37,21 @@ static f3 emission_at(const struct bd_scene *scene, const struct bd_area_source 
     const struct bd_material *material = &scene->materials[primitive->material];
     const uint32_t *index = primitive->index + 3 * (size_t)(triangle - source->first_triangle);
     const f3 factor = f3_of(material->emissive[0], material->emissive[1], material->emissive[2]);
-    if (source->has_alpha &&
-        bd_is_cut_out(material, bd_base_color_at(scene, primitive, index, u, v).alpha))
-        return f3_of(0, 0, 0);
     if (!source->has_map) return factor;
     return f3_mul(factor, bd_map_at(scene, &material->emissive_map, primitive, index, u, v).rgb);
+}
+
+// How often it is there.
+static float presence_at(const struct bd_area_lights *lights, const struct bd_area_source *source,
+                         uint32_t triangle, float u, float v)
+{
+    const struct bd_primitive *primitive = source->primitive;
+    const struct bd_material *material = &lights->scene->materials[primitive->material];
+    const uint32_t *index = primitive->index + 3 * (size_t)(triangle - source->first_triangle);
+    if (!source->has_alpha) return 1;
+    const float alpha = bd_base_color_at(lights->scene, primitive, index, u, v).alpha;
+    if (lights->by_coverage && material->alpha_mode == BD_ALPHA_BLEND) return alpha;
+    return bd_is_cut_out(material, alpha) ? 0 : 1;
 }
 
 f3 bd_area_emission(const struct bd_area_lights *lights, const struct bd_area_light *light, float u,
@@ -50,6 +60,14 @@ f3 bd_area_emission(const struct bd_area_lights *lights, const struct bd_area_li
     const struct bd_area_source *source = &lights->sources[light->source];
     if (!source->two_sided && f3_dot(light->normal, to_viewer) <= 0) return f3_of(0, 0, 0);
     return emission_at(lights->scene, source, light->triangle, u, v);
+}
+
+f3 bd_area_emission_chosen(const struct bd_area_lights *lights, const struct bd_area_light *light,
+                           float u, float v, f3 to_viewer)
+{
+    const struct bd_area_source *source = &lights->sources[light->source];
+    return f3_scale(bd_area_emission(lights, light, u, v, to_viewer),
+                    presence_at(lights, source, light->triangle, u, v));
 }
 
 // --- triangles ----------------------------------------------------------------------------------
@@ -228,13 +246,14 @@ static enum bd_err make_emitters(struct making *m, struct bd_err_detail *detail)
     return err ? err : make_tree(m, detail);
 }
 
-enum bd_err bd_area_lights_create(struct bd_scene *scene, enum bd_err (*pause)(void *user),
-                                  void *user, struct bd_area_lights **out,
-                                  struct bd_err_detail *detail)
+enum bd_err bd_area_lights_create(struct bd_scene *scene, bool by_coverage,
+                                  enum bd_err (*pause)(void *user), void *user,
+                                  struct bd_area_lights **out, struct bd_err_detail *detail)
 {
     struct bd_area_lights *lights = *out = calloc(1, sizeof *lights);
     BD_ASSERT(lights);
     lights->scene = bd_scene_retain(scene);
+    lights->by_coverage = by_coverage;
     struct making m = {
         .lights = lights, .space = bd_render_space_of(scene), .pause = pause, .user = user};
     bd_triangle_order_init(&m.order, scene);

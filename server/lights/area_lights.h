@@ -6,7 +6,7 @@
 // many such triangles, so that a picture on a screen lights from where it is bright, and none where
 // it is black; what is emitted at a point is read from the map itself. A
 // surface emits to the front, double-sided ones both ways, unlit ones nothing; where its alpha says
-// that it is not there, it emits nothing.
+// that it is not there, it emits nothing, and what blends emits as much as it is opaque.
 //
 // Choices go by the brightest channel, so that no channel is another than the others. The sky is
 // chosen from in cells: texels, or blocks of them where the map has
@@ -65,6 +65,7 @@ struct bd_sky_light {
 
 struct bd_area_lights {
     struct bd_scene *scene;
+    bool by_coverage; // what blends is there in part; else there or not
     uint32_t count, source_count;
     struct bd_area_light *lights; // by rising number of their triangles, then by their paths
     struct bd_area_source *sources;
@@ -75,9 +76,9 @@ struct bd_area_lights {
 // Retains the scene. `pause` is called every millisecond or so; what it returns but BD_ERR_OK ends
 // the work and is returned. BD_ERR_LIMIT for more than BD_AREA_LIGHTS_MAX triangles that emit.
 BD_MUST_CHECK
-enum bd_err bd_area_lights_create(struct bd_scene *scene, enum bd_err (*pause)(void *user),
-                                  void *user, struct bd_area_lights **out,
-                                  struct bd_err_detail *detail);
+enum bd_err bd_area_lights_create(struct bd_scene *scene, bool by_coverage,
+                                  enum bd_err (*pause)(void *user), void *user,
+                                  struct bd_area_lights **out, struct bd_err_detail *detail);
 void bd_area_lights_destroy(struct bd_area_lights **lights);
 uint64_t bd_area_lights_bytes(const struct bd_area_lights *lights);
 
@@ -87,9 +88,12 @@ static inline bool bd_area_lights_shine(const struct bd_area_lights *lights)
 }
 
 // What a triangle emits towards `to_viewer` from the point at barycentrics of its second and third
-// corner, cd/m^2. `light` is any part of the triangle.
+// corner, cd/m^2. `light` is any part of the triangle. Of points that a ray met, which are there;
+// of points that were chosen it is less where those are there in part, or not.
 f3 bd_area_emission(const struct bd_area_lights *lights, const struct bd_area_light *light, float u,
                     float v, f3 to_viewer);
+f3 bd_area_emission_chosen(const struct bd_area_lights *lights, const struct bd_area_light *light,
+                           float u, float v, f3 to_viewer);
 
 // The part at a point of a triangle; NULL if it emits nothing.
 const struct bd_area_light *bd_area_light_at(const struct bd_area_lights *lights, uint32_t triangle,

@@ -54,7 +54,7 @@ static float mean_of_looks(const struct bd_area_lights *lights, const struct bd_
                 part->u[0] + s * (part->u[1] - part->u[0]) + t * (part->u[2] - part->u[0]);
             const float v =
                 part->v[0] + s * (part->v[1] - part->v[0]) + t * (part->v[2] - part->v[0]);
-            sum += strongest_channel(bd_area_emission(lights, part, u, v, part->normal));
+            sum += strongest_channel(bd_area_emission_chosen(lights, part, u, v, part->normal));
         }
     return sum / (float)(looks * looks);
 }

@@ -33,6 +33,7 @@ struct spreading {
     size_t part_count;
     struct bd_sequence sequence;
     enum bd_sends sends;
+    bool by_coverage;
     enum bd_err (*pause)(void *user);
     void *user;
     double area, passed; // of all; of the triangles so far
@@ -58,7 +59,7 @@ static const struct bd_primitive *primitive_of(const struct spreading *s,
 
 static bool only_hides(const struct spreading *s)
 {
-    return s->sends == BD_HIDES_BY_MASK || s->sends == BD_HIDES_BY_COVERAGE;
+    return s->sends == BD_SENDS_NOTHING;
 }
 
 static int sides_of(const struct spreading *s, const struct bd_material *material)
@@ -148,8 +149,7 @@ static void measure(struct spreading *s, const struct place *place)
 
 static bool is_left_out(const struct spreading *s, const struct bd_material *material, float alpha)
 {
-    const bool by_chance =
-        material->alpha_mode == BD_ALPHA_BLEND && s->sends == BD_HIDES_BY_COVERAGE;
+    const bool by_chance = material->alpha_mode == BD_ALPHA_BLEND && s->by_coverage;
     return by_chance ? bd_stirred(s->next) * 0x1p-32 >= alpha : bd_is_cut_out(material, alpha);
 }
 
@@ -198,7 +198,7 @@ static void spread(struct spreading *s, const struct place *place)
 }
 
 enum bd_err bd_surface_points_init(struct bd_surface_points *points, const struct bd_scene *scene,
-                                   uint32_t count, enum bd_sends sends,
+                                   uint32_t count, enum bd_sends sends, bool by_coverage,
                                    enum bd_err (*pause)(void *user), void *user,
                                    struct bd_err_detail *detail)
 {
@@ -212,6 +212,7 @@ enum bd_err bd_surface_points_init(struct bd_surface_points *points, const struc
         .space = bd_render_space_of(scene),
         .sequence = bd_sequence_of(0, 0),
         .sends = sends,
+        .by_coverage = by_coverage,
         .pause = pause,
         .user = user,
         .asked = count,

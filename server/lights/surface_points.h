@@ -32,10 +32,8 @@ enum bd_sends {
     // The same, but for what goes on at glass and mirrors (lights/interface.h).
     BD_SENDS_BESIDE_INTERFACES,
     // Nothing is asked of what it sends on, but that it hides what is behind it: what is unlit has
-    // points, too, nothing has any on its back, and what blends has them where it is at least half
-    // opaque, or as often as it is.
-    BD_HIDES_BY_MASK,
-    BD_HIDES_BY_COVERAGE,
+    // points, too, and nothing has any on its back.
+    BD_SENDS_NOTHING,
 };
 
 struct bd_surface_point {
@@ -53,11 +51,12 @@ struct bd_surface_points {
     struct bd_surface_point *points;
 };
 
-// `pause` as in lights/area_lights.h.
+// What blends has points as often as it is opaque, or where it is so by half. `pause` as in
+// lights/area_lights.h.
 // BD_ERR_NO_MEMORY, or what `pause` returns. `count`: 1 to BD_SURFACE_POINTS_MAX.
 BD_MUST_CHECK
 enum bd_err bd_surface_points_init(struct bd_surface_points *points, const struct bd_scene *scene,
-                                   uint32_t count, enum bd_sends sends,
+                                   uint32_t count, enum bd_sends sends, bool by_coverage,
                                    enum bd_err (*pause)(void *user), void *user,
                                    struct bd_err_detail *detail);
 void bd_surface_points_finish(struct bd_surface_points *points);

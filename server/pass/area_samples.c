@@ -143,8 +143,8 @@ static void send_to_emitter(struct sampler *s, const struct candidates *candidat
     if (!bd_triangle_view_choose(&c->view, c->light, at->position, number, &point)) return;
     const f3 direction = f3_unit(f3_sub(point.position, at->position));
     if (!bd_lobe_is_above(&s->lobe, direction)) return;
-    const f3 radiance =
-        bd_area_emission(s->sampling->lights, c->light, point.u, point.v, f3_scale(direction, -1));
+    const f3 radiance = bd_area_emission_chosen(s->sampling->lights, c->light, point.u, point.v,
+                                                f3_scale(direction, -1));
     if (!(radiance.x > 0 || radiance.y > 0 || radiance.z > 0)) return;
     const float rays = (float)s->shares->emitters;
     const float chosen = rays * c->weight / candidates->weight * point.pdf / c->stands_for;

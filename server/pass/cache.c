@@ -189,6 +189,7 @@ enum bd_err bd_cache_run(const struct bd_pass_context *context,
     };
     c.context.processor = &c.processor;
     c.rays.glass = inputs->far.glass ? &c.surfaces : NULL;
+    c.rays.veils = inputs->far.visibility->veils ? &c.surfaces : NULL;
     c.rays.enters = inputs->far.glass == BD_GLASS_PASSES;
     *out = NULL;
     bd_surface_hits_init(&c.surfaces, inputs->far.snapshot);

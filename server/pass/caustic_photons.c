@@ -312,9 +312,9 @@ static struct start start_at_emitter(const struct caustics *c, const struct bd_a
     float sr;
     const f3 d = aim(c, at, choice, way, &sr);
     const float cosine = f3_dot(light->normal, d);
-    const f3 radiance = bd_area_emission(c->inputs->emitters, light,
-                                         a * light->u[0] + u * light->u[1] + v * light->u[2],
-                                         a * light->v[0] + u * light->v[1] + v * light->v[2], d);
+    const f3 radiance = bd_area_emission_chosen(
+        c->inputs->emitters, light, a * light->u[0] + u * light->u[1] + v * light->u[2],
+        a * light->v[0] + u * light->v[1] + v * light->v[2], d);
     const float lift = lift_of_segment(0, at, at);
     const f3 from = f3_add(at, f3_scale(light->normal, cosine < 0 ? -lift : lift));
     return (struct start){
@@ -419,8 +419,9 @@ static enum bd_err run(struct caustics *c, struct bd_photon_map **out)
     }
     if (err) return err;
     const struct bd_photon_map_how how = {.reach = REACH * (float)c->hits.space.radius};
-    return bd_landed_map(&c->context, c->inputs->snapshot, c->landed, c->landed_count, &how, out,
-                         c->detail);
+    return bd_landed_map(&c->context, c->inputs->snapshot,
+                         c->inputs->visibility->alpha == BD_RAYS_ALPHA_COVERAGE, c->landed,
+                         c->landed_count, &how, out, c->detail);
 }
 
 enum bd_err bd_caustic_photons_run(const struct bd_pass_context *context,

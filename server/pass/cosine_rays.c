@@ -100,6 +100,23 @@ static bool aim(const struct bd_cosine_rays *r, const struct receiver *at, uint3
     return f3_dot(d, at->normal_geometric) > 0;
 }
 
+static bool shows_veil(const struct bd_cosine_rays *r, uint32_t triangle)
+{
+    if (!r->veils || triangle == BD_NO_TRIANGLE) return false;
+    const int32_t material = bd_surface_hit_of(r->veils, triangle).primitive->material;
+    return r->veils->scene->materials[material].alpha_mode == BD_ALPHA_BLEND;
+}
+
+// The same place on its other side.
+static struct receiver rear_of(const struct receiver *at)
+{
+    struct receiver rear = *at;
+    rear.normal = f3_scale(at->normal, -1);
+    rear.normal_geometric = f3_scale(at->normal_geometric, -1);
+    rear.basis = bd_basis_of(rear.normal);
+    return rear;
+}
+
 // Rays of a receiver, from place `next` on; how many.
 static size_t aim_all(const struct bd_cosine_rays *r, uint32_t group, uint32_t lane,
                       const struct receiver *at, size_t next)
@@ -108,6 +125,8 @@ static size_t aim_all(const struct bd_cosine_rays *r, uint32_t group, uint32_t l
     struct bd_area_receiver seen;
     struct bd_interface glass;
     const bool enters = shows_glass(r, group, lane, &seen, &glass);
+    const struct receiver rear = rear_of(at);
+    const struct receiver *other = shows_veil(r, at->triangle) ? &rear : at;
     for (uint32_t i = 0; i < r->of_receiver; i++) {
         r->lanes[next] = (uint8_t)(lane * HALVES + i % HALVES);
         r->numbers[next] = at->place * r->stride * HALVES + i;
@@ -115,7 +134,7 @@ static size_t aim_all(const struct bd_cosine_rays *r, uint32_t group, uint32_t l
         next += enters && i % 2 == 1
                     ? bd_onward_enter(&glass, seen.viewer, r->seed, r->numbers[next],
                                       &r->rays[next], &r->ways[next])
-                    : aim(r, at, i, &r->rays[next]);
+                    : aim(r, i % 2 == 1 ? other : at, i, &r->rays[next]);
     }
     return next - first;
 }

@@ -24,6 +24,9 @@ struct bd_cosine_rays {
     // Of pixels that show glass every other ray goes into it, as whoever looks does; wants `glass`,
     // and parts that have surfaces.
     bool enters;
+    // Of pixels that show what blends every other ray goes behind it, where other sub-frames look;
+    // or NULL.
+    const struct bd_surface_hits *veils;
     // Of a part: its groups' rays side by side.
     uint32_t count;
     struct bd_ray *rays;

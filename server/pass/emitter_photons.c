@@ -82,7 +82,7 @@ bool bd_emitter_photons_next(struct bd_emitter_photons *p, struct bd_ray *ray, f
     *normal = side_of(p, light, place);
     const struct bd_basis basis = bd_basis_of(*normal);
     const f3 d = bd_from_basis(&basis, *normal, bd_cosine_direction(number));
-    const f3 radiance = bd_area_emission(lights, light, start.u, start.v, d);
+    const f3 radiance = bd_area_emission_chosen(lights, light, start.u, start.v, d);
     *flux = f3_scale(radiance, p->from_cd_m2 * (float)(p->step / light->brightest));
     const float lift = lift_of_segment(0, start.position, start.position);
     const f3 from = f3_add(start.position, f3_scale(*normal, lift));

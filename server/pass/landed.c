@@ -9,14 +9,15 @@
 #define FEWER 16u
 
 static enum bd_err spread(const struct bd_pass_context *context, const struct bd_scene *snapshot,
-                          uint32_t count, struct bd_surface_points levels[BD_EDGE_LEVELS],
+                          uint32_t count, bool by_coverage,
+                          struct bd_surface_points levels[BD_EDGE_LEVELS],
                           struct bd_err_detail *detail)
 {
     enum bd_err err = BD_ERR_OK;
     bd_slicer_work(context->slicer, "surface points");
     for (uint32_t l = 0; !err && l < BD_EDGE_LEVELS; l++, count /= FEWER)
-        err = bd_surface_points_init(&levels[l], snapshot, count, BD_SENDS_LAMBERT, bd_slicer_pause,
-                                     context->slicer, detail);
+        err = bd_surface_points_init(&levels[l], snapshot, count, BD_SENDS_LAMBERT, by_coverage,
+                                     bd_slicer_pause, context->slicer, detail);
     return err;
 }
 
@@ -28,7 +29,7 @@ static uint32_t wide_of(uint32_t count)
 }
 
 enum bd_err bd_landed_map(const struct bd_pass_context *context, const struct bd_scene *snapshot,
-                          const struct bd_photon *photons, uint32_t count,
+                          bool by_coverage, const struct bd_photon *photons, uint32_t count,
                           const struct bd_photon_map_how *how, struct bd_photon_map **out,
                           struct bd_err_detail *detail)
 {
@@ -38,7 +39,7 @@ enum bd_err bd_landed_map(const struct bd_pass_context *context, const struct bd
     whole.surfaces = levels;
     enum bd_err err =
         spread(context, snapshot, wanted < BD_SURFACE_POINTS_MAX ? wanted : BD_SURFACE_POINTS_MAX,
-               levels, detail);
+               by_coverage, levels, detail);
     bd_slicer_work(context->slicer, "photon map");
     if (!err)
         err = bd_photon_map_create(photons, count, &whole, bd_slicer_pause, context->slicer, out,

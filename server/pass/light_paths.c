@@ -143,7 +143,9 @@ static enum bd_err spread_points(struct paths *p)
 {
     bd_slicer_work(p->context.slicer, "surface points");
     return bd_surface_points_init(&p->points, p->inputs->snapshot, points_of(p->inputs),
-                                  p->inputs->sends, bd_slicer_pause, p->context.slicer, p->detail);
+                                  p->inputs->sends,
+                                  p->inputs->visibility.alpha == BD_RAYS_ALPHA_COVERAGE,
+                                  bd_slicer_pause, p->context.slicer, p->detail);
 }
 
 static enum bd_err make_room(struct paths *p)

@@ -377,8 +377,9 @@ static enum bd_err make_map(struct paths *p, struct bd_photon_map **out)
     const struct bd_photon_map_how how = {.reach = REACH * (float)p->hits.space.radius,
                                           .near = near_of(p->landed_count),
                                           .radius = p->inputs->radius};
-    return bd_landed_map(&p->context, p->inputs->snapshot, p->landed, p->landed_count, &how, out,
-                         p->detail);
+    return bd_landed_map(&p->context, p->inputs->snapshot,
+                         p->inputs->visibility->alpha == BD_RAYS_ALPHA_COVERAGE, p->landed,
+                         p->landed_count, &how, out, p->detail);
 }
 
 static enum bd_err make_room(struct paths *p)

@@ -56,12 +56,11 @@ enum bd_err bd_shadow_points_run(const struct bd_pass_context *context,
                                  struct bd_shadow_points **out, struct bd_err_detail *detail)
 {
     struct bd_surface_points spread;
-    const enum bd_sends hide =
-        alpha == BD_RAYS_ALPHA_COVERAGE ? BD_HIDES_BY_COVERAGE : BD_HIDES_BY_MASK;
     *out = NULL;
     BD_ASSERT(per_set >= BD_SHADOW_POINTS_MIN && per_set <= BD_SHADOW_POINTS_MAX);
     bd_slicer_work(context->slicer, "shadow points");
-    enum bd_err err = bd_surface_points_init(&spread, scene, per_set * BD_SURFACE_POINT_SETS, hide,
+    enum bd_err err = bd_surface_points_init(&spread, scene, per_set * BD_SURFACE_POINT_SETS,
+                                             BD_SENDS_NOTHING, alpha == BD_RAYS_ALPHA_COVERAGE,
                                              bd_slicer_pause, context->slicer, detail);
     if (err) return err;
     struct bd_shadow_points *points = *out = calloc(1, sizeof *points);

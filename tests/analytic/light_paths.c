@@ -62,7 +62,8 @@ static struct path_set walk_set_of(struct view *view, uint32_t count, bool tree,
     struct bd_rays *rays;
     struct bd_light_paths *paths;
     const struct bd_rays_build how = {.repeated_max = BD_RAYS_REPEATED_MAX};
-    assert_int_equal(bd_area_lights_create(w->scene, go_on, NULL, &lights, &detail), BD_ERR_OK);
+    assert_int_equal(bd_area_lights_create(w->scene, false, go_on, NULL, &lights, &detail),
+                     BD_ERR_OK);
     assert_int_equal(bd_rays_create(w->scene, &how, &rays, &detail), BD_ERR_OK);
     struct bd_occluders *occluders = bd_occluders_of_rays(&rays);
     const struct bd_light_paths_inputs inputs = {
@@ -467,8 +468,9 @@ static void points_lie_by_area_on_both_sides(void **state)
     w->scene->materials[of[1]].double_sided = true;
     w->scene->materials[of[2]].unlit = true;
     world_finish(w);
-    assert_int_equal(bd_surface_points_init(&points, w->scene, 6000, true, go_on, NULL, &detail),
-                     BD_ERR_OK);
+    assert_int_equal(
+        bd_surface_points_init(&points, w->scene, 6000, true, false, go_on, NULL, &detail),
+        BD_ERR_OK);
     uint32_t on_large = 0, above = 0, below = 0;
     for (uint32_t i = 0; i < points.count; i++) {
         const struct bd_surface_point *p = &points.points[i];
@@ -485,7 +487,7 @@ static void points_lie_by_area_on_both_sides(void **state)
 }
 
 // Of squares of 4, 1 and 4 m^2, the second with two sides, the third unlit and half there.
-static void count_hiding(struct world *w, enum bd_sends hide, uint32_t set, uint32_t of[3],
+static void count_hiding(struct world *w, bool by_coverage, uint32_t set, uint32_t of[3],
                          uint32_t *cells)
 {
     struct bd_err_detail detail = {0};
@@ -493,7 +495,8 @@ static void count_hiding(struct world *w, enum bd_sends hide, uint32_t set, uint
     bool hit[8][8] = {{0}};
     memset(of, 0, 3 * sizeof *of);
     *cells = 0;
-    assert_int_equal(bd_surface_points_init(&points, w->scene, 9216, hide, go_on, NULL, &detail),
+    assert_int_equal(bd_surface_points_init(&points, w->scene, 9216, BD_SENDS_NOTHING, by_coverage,
+                                            go_on, NULL, &detail),
                      BD_ERR_OK);
     float least = INFINITY, most = -INFINITY;
     for (uint32_t i = 0; i < points.count; i++) {
@@ -528,14 +531,14 @@ static void points_that_hide_lie_by_area_on_one_side(void **state)
     w->scene->materials[of[2]].base_color[3] = 0.625f;
     world_finish(w);
     uint32_t found[3], cells, fewest = 64, all = 0;
-    count_hiding(w, BD_HIDES_BY_MASK, BD_SURFACE_POINT_SETS, found, &cells);
+    count_hiding(w, false, BD_SURFACE_POINT_SETS, found, &cells);
     assert_in_range(found[0], 4095, 4097);
     assert_in_range(found[1], 1023, 1025);
     assert_in_range(found[2], 4095, 4097);
-    count_hiding(w, BD_HIDES_BY_COVERAGE, BD_SURFACE_POINT_SETS, found, &cells);
+    count_hiding(w, true, BD_SURFACE_POINT_SETS, found, &cells);
     assert_in_range(found[2], 2460, 2660); // of 4,096: 2,560, and three times 31
     for (uint32_t set = 0; set < BD_SURFACE_POINT_SETS; set++) {
-        count_hiding(w, BD_HIDES_BY_MASK, set, found, &cells);
+        count_hiding(w, false, set, found, &cells);
         assert_in_range(found[0], 255, 257);
         assert_in_range(found[1], 63, 65);
         fewest = cells < fewest ? cells : fewest;

@@ -31,7 +31,8 @@ static struct bd_area_lights *lights_of(struct bd_scene *scene)
     struct bd_err_detail detail;
     struct bd_area_lights *lights;
     int pauses = 0;
-    assert_int_equal(bd_area_lights_create(scene, go_on, &pauses, &lights, &detail), BD_ERR_OK);
+    assert_int_equal(bd_area_lights_create(scene, false, go_on, &pauses, &lights, &detail),
+                     BD_ERR_OK);
     return lights;
 }
 
@@ -443,7 +444,7 @@ static void what_pauses_may_end_it(void **state)
     stage_floor(stage, material, 1, 0, 1);
     struct bd_area_lights *none;
     struct bd_err_detail detail;
-    assert_int_equal(bd_area_lights_create(finished(stage), give_up, NULL, &none, &detail),
+    assert_int_equal(bd_area_lights_create(finished(stage), false, give_up, NULL, &none, &detail),
                      BD_ERR_CANCELLED);
     assert_null(none);
     stage_destroy(&stage);
