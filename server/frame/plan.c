@@ -138,13 +138,14 @@ static bool may_be_by_rays(const struct bd_plan *plan)
            plan->params.lamps != BD_LAMPS_MAPS;
 }
 
-// Papers know lights one by one. A map of what a light sees first knows of no glass before it.
+// Papers know lights one by one. A map of what a light sees first knows of no glass before it, and
+// of nothing that is there in part.
 static bool are_by_rays(const struct bd_plan *plan, const struct bd_scene *scene,
                         const struct bd_frame_request *request)
 {
     const struct bd_params *params = &plan->params;
     if (plan->light_count == 0 || !may_be_by_rays(plan)) return false;
-    if (params->lamps == BD_LAMPS_RAYS || plan->panes) return true;
+    if (params->lamps == BD_LAMPS_RAYS || plan->panes || plan->veils) return true;
     return !params->paper_mode && plan->light_count > PUNCTUALS_FEW &&
            map_texels(plan, scene) > TEXELS_PER_RAY * ray_count(plan, request);
 }
@@ -339,6 +340,18 @@ static struct bd_model model_of(const struct bd_plan *plan)
     return model;
 }
 
+// A picture of one sub-frame sees what blends or does not.
+static void flag_blending(const struct bd_plan *plan, const struct bd_features *f,
+                          struct bd_report *report)
+{
+    const bool references = plan->technique->is_reference && plan->params.alpha_coverage;
+    if (!f->has_blend || references || (plan->veils && plan->blends)) return;
+    bd_report_flag(report, "blend_as_mask%s",
+                   plan->veils    ? ": as it is seen"
+                   : plan->blends ? ": as lamps see it"
+                                  : "");
+}
+
 static void flag_what_is_not_honoured(const struct bd_plan *plan, const struct bd_scene *scene,
                                       struct bd_report *report)
 {
@@ -348,8 +361,7 @@ static void flag_what_is_not_honoured(const struct bd_plan *plan, const struct b
         if (!plan->rig_yields || strcmp(scene->flags.text[i], "default_lights") != 0)
             bd_report_flag(report, "%s", scene->flags.text[i]);
     if (plan->unoccluded) bd_report_flag(report, "%s", BD_FLAG_UNOCCLUDED);
-    if (f->has_blend && !model.coverage)
-        bd_report_flag(report, "blend_as_mask%s", plan->blends ? ": as lamps see it" : "");
+    flag_blending(plan, f, report);
     if (f->has_transmissive && !model.transmission)
         bd_report_flag(report, "transmission_as_opaque");
     else if (f->has_transmissive && plan->shows_glass && !plan->panes)
@@ -452,6 +464,12 @@ static bool looks_straight(const struct bd_plan *plan, const struct bd_features 
     return has_any && may_look_through(plan) && may_be_by_rays(plan) && !asks_images(plan);
 }
 
+static bool looks_through_veils(const struct bd_plan *plan, const struct bd_features *features)
+{
+    return features->has_blend && plan->params.alpha_coverage && may_be_by_rays(plan) &&
+           !plan->params.paper_mode && !asks_images(plan);
+}
+
 // --- the plan -------------------------------------------------------------------------------
 
 static enum bd_err find_camera(const struct bd_scene *scene, const char *name, int32_t *out,
@@ -515,6 +533,7 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
     out->light_count = count_lights(out, scene);
     out->straight = follows(out) ? BD_STRAIGHT_PANES : BD_STRAIGHT_ALL;
     out->panes = looks_straight(out, f);
+    out->veils = renders && looks_through_veils(out, f);
     out->punctuals_by_rays = are_by_rays(out, scene, request);
     const bool reflects = out->technique->indirect != NULL;
     const bool reflects_areas = reflects && out->area_lights &&

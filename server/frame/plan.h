@@ -56,6 +56,7 @@ struct bd_plan {
     bool glass;           // some surface lets light through, and the technique knows
     bool panes;           // who looks for lights looks straight through glass, of this kind:
     enum bd_straight straight;
+    bool veils;           // and through what blends, as far as it is not opaque
     bool shows_glass;     // of which rays of a stage's own bring what is behind it
     bool goes_on;         // rays and photons do, from that or from mirrors
     bool caustics;        // lamps send light to either, and photons bring it

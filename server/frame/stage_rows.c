@@ -815,6 +815,7 @@ uint64_t bd_stage_key(const struct bd_subject *subject, enum bd_stage stage,
     uint64_t key = bd_key_begin(row->reads_all_params ? plan->technique->name : "");
     key = bd_key_number(key, (uint64_t)stage << 32 | also);
     key = key_reads(key, subject, row->reads | also, light);
+    if (plan->veils) key = bd_key_number(key, BD_RAYS_ALPHA_ANY);
     if (stage == BD_STAGE_RAYS) key = bd_key_number(key, bd_plan_asks_processor(plan));
     if (glass)
         key = bd_key_number(key, (uint64_t)plan->glass | (uint64_t)plan->panes << 1 |

@@ -89,13 +89,13 @@ static uint32_t light_rays_of(const struct bd_frame *frame)
 struct bd_visibility_inputs bd_stage_light_visibility(const struct bd_frame *frame)
 {
     const struct bd_plan *plan = frame->plan;
-    const bool by_coverage = bd_plan_reads(plan, BD_PARAM_ALPHA) && plan->params.alpha_coverage;
     return (struct bd_visibility_inputs){
         .occluders = frame->occluders,
         .pool = bd_renderer_pool(frame->renderer),
-        .alpha = by_coverage ? BD_RAYS_ALPHA_COVERAGE : BD_RAYS_ALPHA_MASK,
+        .alpha = plan->params.alpha_coverage ? BD_RAYS_ALPHA_COVERAGE : BD_RAYS_ALPHA_MASK,
         .panes = plan->panes ? &frame->panes : NULL,
         .straight = plan->straight,
+        .veils = plan->veils,
     };
 }
 
@@ -216,6 +216,7 @@ static enum bd_err with_inputs(struct bd_frame *frame,
         .images = images.maps ? &images : NULL,
         .panes = frame->plan->panes ? &frame->panes : NULL,
         .straight = frame->plan->straight,
+        .veils = frame->plan->veils,
         .pool = frame->renderer->pool,
         .chosen = frame->plan->chosen,
         .filtered = frame->plan->filtered,

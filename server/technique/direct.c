@@ -12,7 +12,7 @@ static const char *const ladder[] = {"shadow_size=256",  "shadow_size=512",  "sh
 const struct bd_technique bd_technique_direct = {
     .name = "direct",
     .summary = "direct light with exact shadows, no indirect light",
-    .model = {.lights = BD_LIGHTS_ALL, .transmission = true},
+    .model = {.lights = BD_LIGHTS_ALL, .transmission = true, .coverage = true},
     .params_read = BD_READS_DIRECT,
     .tolerance = {.direct = 1e-3},
     .hazard_codes = "",

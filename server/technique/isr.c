@@ -39,7 +39,8 @@ const struct bd_technique bd_technique_isr = {
     .model = {.indirect_bounces = 1,
               .lights = BD_LIGHTS_ALL,
               .indirect_lights = BD_LIGHTS_ALL,
-              .transmission = true},
+              .transmission = true,
+              .coverage = true},
     .inputs = BD_INPUT_VPL_CLUSTERS | BD_INPUT_FRAGMENTS,
     .passes = passes,
     .params_read = BD_READS_VPL_GRID | BD_READS_LIGHT_PATHS | BD_READS_VISIBILITY |

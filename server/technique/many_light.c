@@ -86,8 +86,10 @@ static const struct bd_technique_pass passes[] = {
     {NULL, 0},
 };
 static const struct bd_param_default defaults[] = {
-    {BD_PARAM_VPLS, 1024},           {BD_PARAM_VPL_KERNEL, BD_KERNEL_DISK}, {BD_PARAM_RAYS, 4},
-    {BD_PARAM_INDIRECT_BOUNCES, 64}, {BD_PARAM_ALPHA, BD_RAYS_ALPHA_MASK},
+    {BD_PARAM_VPLS, 1024},
+    {BD_PARAM_VPL_KERNEL, BD_KERNEL_DISK},
+    {BD_PARAM_RAYS, 4},
+    {BD_PARAM_INDIRECT_BOUNCES, 64},
 };
 static const char *const ladder[] = {
     "vpls=512 rays=2 far_rays=2 walk_vpls=512 cache_cells=512 light_rays=16 photons=32768",
@@ -112,6 +114,7 @@ const struct bd_technique bd_technique_many_light = {
               .lights = BD_LIGHTS_ALL,
               .glossy_receivers = true,
               .transmission = true,
+              .coverage = true,
               .indirect_lights = BD_LIGHTS_ALL},
     .inputs = BD_INPUT_FINAL_GATHER,
     .passes = passes,

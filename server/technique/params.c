@@ -159,7 +159,7 @@ static const struct param_row table[BD_PARAM_COUNT] = {
          "of a pixel to emissive surfaces and the sky, even; 0: those light nothing"),
     CHOICE(LAMPS, "lamps", lamps, 0,
            "what hides direct light of punctual lights; auto: rays where they are many, or shine "
-           "through panes",
+           "through panes or what blends",
            "auto", "maps", "rays"),
     LIGHTS(INDIRECT_LIGHTS, "indirect_lights", indirect_lights, ALL_LIGHTS,
            "kinds of light that surfaces send on, joined by +", "punctual", "emissive",
@@ -270,10 +270,12 @@ static void store(const struct param_row *row, double number, struct bd_params *
         *count_at(out, row->offset) = isinf(number) ? UINT32_MAX : (uint32_t)number;
 }
 
-// The papers' direct light is that of punctual lights; bias is compensated from the screen alone.
+// The papers' direct light is that of punctual lights, nothing blends; bias is compensated from the
+// screen alone.
 static void set_as_printed(struct bd_params *params)
 {
     params->light_rays = 0;
+    params->alpha_coverage = 0;
     params->residual = BD_RESIDUAL_SCREEN;
     params->intersections = BD_INTERSECTIONS_IMAGES;
     params->residual_threshold = 0.08;

@@ -139,7 +139,6 @@ static const struct bd_param_default defaults[] = {
     {BD_PARAM_DEPTH_THRESHOLD, 0.01},
     {BD_PARAM_FINEST, 1}, // 2 pixels
     {BD_PARAM_INDIRECT_BOUNCES, 64},
-    {BD_PARAM_ALPHA, BD_RAYS_ALPHA_MASK},
     {BD_PARAM_PHOTONS, 1 << 17},
 };
 static const char *const ladder[] = {
@@ -159,6 +158,7 @@ const struct bd_technique bd_technique_photon = {
               .glossy_receivers = true,
               .glossy_senders = true,
               .transmission = true,
+              .coverage = true,
               .indirect_lights = BD_LIGHTS_ALL},
     .inputs = BD_INPUT_PHOTONS | BD_INPUT_FRAGMENTS,
     .passes = passes,

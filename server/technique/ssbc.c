@@ -142,8 +142,9 @@ static const struct bd_technique_pass passes[] = {
     {NULL, 0},
 };
 static const struct bd_param_default defaults[] = {
-    {BD_PARAM_VPLS, 1024},           {BD_PARAM_VPL_KERNEL, BD_KERNEL_DISK}, {BD_PARAM_RAYS, 8},
-    {BD_PARAM_INDIRECT_BOUNCES, 64}, {BD_PARAM_ALPHA, BD_RAYS_ALPHA_MASK},  {BD_PARAM_CLAMP, 0},
+    {BD_PARAM_VPLS, 1024}, {BD_PARAM_VPL_KERNEL, BD_KERNEL_DISK},
+    {BD_PARAM_RAYS, 8},    {BD_PARAM_INDIRECT_BOUNCES, 64},
+    {BD_PARAM_CLAMP, 0},
 };
 static const char *const ladder[] = {
     "vpls=512 rays=4 far_rays=2 walk_vpls=512 cache_cells=512 iterations=1 light_rays=16"
@@ -167,6 +168,7 @@ const struct bd_technique bd_technique_ssbc = {
               .lights = BD_LIGHTS_ALL,
               .glossy_receivers = true,
               .transmission = true,
+              .coverage = true,
               .indirect_lights = BD_LIGHTS_ALL},
     .inputs = BD_INPUT_FINAL_GATHER | BD_INPUT_SCREEN,
     .passes = passes,

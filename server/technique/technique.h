@@ -33,10 +33,10 @@ enum bd_frame_input {
     (BD_READS(BD_PARAM_INDIRECT_VISIBILITY) | BD_READS(BD_PARAM_RAYS) | BD_READS(BD_PARAM_ALPHA) | \
      BD_READS(BD_PARAM_NOISE_FILTER) | BD_READS(BD_PARAM_ISM_SIZE) |                               \
      BD_READS(BD_PARAM_ISM_POINTS) | BD_READS(BD_PARAM_ISM_BIAS) | BD_READS(BD_PARAM_ISM_HOLES))
-// Their defaults, where rays may hide indirect light (the reference's are others).
+// Its default, where rays may hide indirect light (the reference's is another).
 // clang-format off
 #define BD_DEFAULT_VISIBILITY                                                                      \
-    {BD_PARAM_INDIRECT_VISIBILITY, BD_VISIBILITY_NONE}, {BD_PARAM_ALPHA, BD_RAYS_ALPHA_MASK}
+    {BD_PARAM_INDIRECT_VISIBILITY, BD_VISIBILITY_NONE}
 // clang-format on
 // Of direct light; what is of area lights, and punctual lights by rays, is left out by
 // light_rays=0.
@@ -138,6 +138,7 @@ struct bd_technique_inputs {
     const struct bd_env_view *images;     // intersections=images, for all of its rays
     const struct bd_surface_hits *panes;  // where light goes straight through; NULL: nowhere
     enum bd_straight straight;
+    bool veils;                           // and what blends
     struct bd_pool *pool;                 // for either
     bool chosen;                          // there are fewer rays than VPLs
     bool filtered;                        // what they leave noisy
@@ -243,6 +244,7 @@ bd_technique_visibility(const struct bd_technique_inputs *inputs)
                                          .images = inputs->images,
                                          .panes = inputs->panes,
                                          .straight = inputs->straight,
+                                         .veils = inputs->veils,
                                          .alpha =
                                              (enum bd_rays_alpha)inputs->params->alpha_coverage};
 }

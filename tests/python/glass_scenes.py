@@ -1,8 +1,9 @@
-"""Scenes of glass, made of triangles by hand."""
+"""Scenes of glass and of what blends, made of triangles by hand, and how they are looked at."""
 import base64
 import json
 import math
 
+import bounced
 import numpy
 
 GLASS = {"pbrMetallicRoughness": {"metallicFactor": 0, "roughnessFactor": 0},
@@ -66,3 +67,21 @@ def gltf(parts, light=None, at=(0, 0, 4)):
         "nodes": nodes, "meshes": meshes, "materials": [material for _, material in parts],
         "accessors": accessors, "bufferViews": views, "extensionsUsed": sorted(used),
         "buffers": [{"byteLength": len(data), "uri": "data:application/octet-stream;base64," + base64.b64encode(data).decode()}]})
+
+
+SIZE = (32, 32)
+BESIDE = {"eye": (3, 0, .95), "target": (0, 0, 0), "up": (0, 0, 1), "yfov": .7}  # below what is at z = 1 and more
+# What else they would do is none of a test of direct light.
+LOOK_THROUGH = {"direct": {}, "many_light": {"photons": 1024, "rays": 1, "far_rays": 2}, "ssbc": {"photons": 1024}, "photon": {"photons": 1024},
+                "rsm": {"vpls": 16}, "isr": {}, "hisr": {"vpls": 64}, "multires_gather": {"vpls": 16}}
+
+
+def add(client, folder, parts, sky=None, light=None, at=(0, 0, 4)):
+    (folder / "scene.gltf").write_text(gltf(parts, light, at))
+    return client.scenes.add(folder / "scene.gltf", **({"environment": bounced.Environment(radiance=sky)} if sky else {}))
+
+
+def look(scene, technique="many_light", eye=(0, 0, 6), yfov=.3, size=SIZE, **asked):
+    """Radiance, of the middle alone where that is all of one kind."""
+    return scene.render(size=size, technique=technique, layers=["beauty"], pose=bounced.Pose(eye, (0, 0, 0), yfov=yfov),
+                        **asked).layers["beauty"][..., :3].astype(float)

@@ -6,8 +6,6 @@ import bounced
 import numpy
 import pytest
 from conftest import SCENES
-from glass_scenes import gltf as made_of
-from glass_scenes import lamp, pane
 
 sys.path.insert(0, str(SCENES.parents[1] / "clients"))
 from harness import gltf, shapes  # noqa: E402
@@ -188,25 +186,3 @@ def test_places_exactly_on_edges_show_the_same_surface_to_all(client, tmp_path, 
     reference = scene.render(size=size, technique="reference", layers=["albedo"], parameters={"spp": 2}).layers["albedo"]
     for other in (traced, reference):
         assert numpy.abs(other - drawn).max() < .01
-
-
-def veil(alpha):
-    return {"pbrMetallicRoughness": {"baseColorFactor": [0, 0, 0, alpha], "roughnessFactor": 1, "metallicFactor": 0}, "alphaMode": "BLEND", "doubleSided": True}
-
-
-@pytest.mark.parametrize("alphas", [(.25,), (.5, .5), (.3, .7), (.2, .2, .2)], ids=str)
-def test_what_blends_is_as_often_there_as_it_is_opaque(client, tmp_path, alphas):
-    """Veils before a wall of 1 cd/m^2: in one picture there or not, in the mean of sub-frames what all alphas leave."""
-    parts = [(pane(-3, 9), lamp(1))] + [(pane(-.5 * i, 9), veil(alpha)) for i, alpha in enumerate(alphas)]
-    (tmp_path / "veils.gltf").write_text(made_of(parts))
-    scene = client.scenes.add(tmp_path / "veils.gltf")
-
-    def seen(aa, drawing, **more):
-        return scene.render(size=(16, 16), technique="direct", layers=["beauty"], aa=aa, pose=bounced.Pose((0, 0, 6), (0, 0, 0), yfov=.2),
-                            parameters={"drawing": drawing}, **more).layers["beauty"][..., 0].astype(float)
-    assert seen(1, "raster").mean() == (max(alphas) < .5)
-    for aa, within in ((16, .07), (64, .03)):  # the latter goes on where the former ended
-        drawn = seen(aa, "raster")
-        print(alphas, aa, drawn.mean(), numpy.prod(1 - numpy.array(alphas)))
-        assert drawn.mean() == pytest.approx(numpy.prod(1 - numpy.array(alphas)), abs=within)
-        assert numpy.array_equal(drawn, seen(aa, "rays")) and numpy.array_equal(drawn, seen(aa, "raster", fresh="all"))

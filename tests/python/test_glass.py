@@ -5,26 +5,13 @@ import math
 import bounced
 import numpy
 import pytest
-from glass_scenes import GLASS, GREY, LIGHTS, THIN, TINTED, gltf, lamp, pane, sphere, walls
-
-SIZE = (32, 32)
+from glass_scenes import BESIDE, GLASS, GREY, LIGHTS, LOOK_THROUGH, SIZE, THIN, TINTED, add, lamp, look, pane, sphere, walls
 
 
 @pytest.fixture(scope="module")
 def client():
     with bounced.private() as client:
         yield client
-
-
-def add(client, folder, parts, sky=None, light=None, at=(0, 0, 4)):
-    (folder / "scene.gltf").write_text(gltf(parts, light, at))
-    return client.scenes.add(folder / "scene.gltf", **({"environment": bounced.Environment(radiance=sky)} if sky else {}))
-
-
-def look(scene, technique="many_light", eye=(0, 0, 6), yfov=.3, size=SIZE, **asked):
-    """Radiance, of the middle alone where that is all of one kind."""
-    return scene.render(size=size, technique=technique, layers=["beauty"], pose=bounced.Pose(eye, (0, 0, 0), yfov=yfov),
-                        **asked).layers["beauty"][..., :3].astype(float)
 
 
 def test_glass_in_even_light_is_not_seen(client, tmp_path):
@@ -155,9 +142,6 @@ def test_who_does_not_know_glass_says_so(client, tmp_path):
     assert any("transmission_as_opaque" in flag for flag in flags)
 
 
-BESIDE = {"eye": (3, 0, .95), "target": (0, 0, 0), "up": (0, 0, 1), "yfov": .7}  # below what is at z = 1 and more
-
-
 def floor_seen(size):
     """Where pixels see the floor at z = 0, and the area of each there, as a camera beside it does."""
     eye = numpy.array(BESIDE["eye"])
@@ -176,11 +160,6 @@ def floor_light(scene, size=(64, 64), technique="many_light", layers=("direct", 
     frame = scene.render(size=size, technique=technique, layers=list(layers), pose=bounced.Pose(**BESIDE), parameters=parameters)
     lit = sum(frame.layers[layer].astype(float) for layer in layers)[..., channel] * math.pi / .5
     return lit, *floor_seen(size)[1:]
-
-
-# What else they would do is none of a test of direct light.
-LOOK_THROUGH = {"direct": {}, "many_light": {"photons": 1024, "rays": 1, "far_rays": 2}, "ssbc": {"photons": 1024}, "photon": {"photons": 1024},
-                "rsm": {"vpls": 16}, "isr": {}, "hisr": {"vpls": 64}, "multires_gather": {"vpls": 16}}
 
 
 @pytest.mark.parametrize("light", LIGHTS, ids=lambda light: light["type"])
