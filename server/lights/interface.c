@@ -21,6 +21,13 @@ static float extinction_of(const struct bd_material *m, const struct bd_render_s
     return (float)fmin(fmax(-log(passed), 0) / (distance_m * space->render_per_m), EXTINCTION_MOST);
 }
 
+f3 bd_interface_extinction(const struct bd_surface_hits *hits, int32_t material)
+{
+    const struct bd_material *m = &hits->scene->materials[material];
+    return f3_of(extinction_of(m, &hits->space, 0), extinction_of(m, &hits->space, 1),
+                 extinction_of(m, &hits->space, 2));
+}
+
 static bool fill(const struct bd_surface_hits *hits, const struct bd_surface_hit *hit,
                  const struct bd_triangle_place *place, float u, float v, f3 direction,
                  struct bd_interface *out)
@@ -39,8 +46,7 @@ static bool fill(const struct bd_surface_hits *hits, const struct bd_surface_hit
         .normal = bd_shading_normal(hit, index, u, v, geometric),
         .normal_geometric = geometric,
         .tint = bd_base_color_at(hits->scene, hit->primitive, index, u, v).rgb,
-        .extinction = f3_of(extinction_of(m, &hits->space, 0), extinction_of(m, &hits->space, 1),
-                            extinction_of(m, &hits->space, 2)),
+        .extinction = bd_interface_extinction(hits, hit->primitive->material),
         .share = share,
         .alpha = roughness > 0 ? ggx_alpha(roughness) : 0,
         .ior = m->ior,

@@ -24,7 +24,7 @@ struct bd_interface {
     f3 extinction;               // per render unit, of the solid behind the surface
     float share;                 // of the light that comes to the surface, what goes on
     float alpha;                 // of the facets; 0: smooth
-    float ior;
+    float ior;                   // of the solid behind the surface, by that of what is before it
     bool thin, entering; // no solid behind it; the ray is outside of that
     bool mirrors;        // nothing passes
     uint32_t triangle;
@@ -37,6 +37,9 @@ bool bd_interface_at(const struct bd_surface_hits *hits, uint32_t triangle, floa
 // The same at a point of the triangle that a picture shows, whose viewer is in that direction.
 bool bd_interface_seen_at(const struct bd_surface_hits *hits, uint32_t triangle, f3 position,
                           f3 to_viewer, struct bd_interface *out);
+
+// Of the solid behind surfaces of that material, per render unit.
+f3 bd_interface_extinction(const struct bd_surface_hits *hits, int32_t material);
 
 struct bd_onward {
     f3 direction; // unit
