@@ -132,7 +132,7 @@ static size_t aim_all(const struct bd_cosine_rays *r, uint32_t group, uint32_t l
         r->numbers[next] = at->place * r->stride * HALVES + i;
         if (r->ways) r->ways[next] = bd_way_begins;
         next += enters && i % 2 == 1
-                    ? bd_onward_enter(&glass, seen.viewer, r->seed, r->numbers[next],
+                    ? bd_onward_enter(r->glass, &glass, seen.viewer, r->seed, r->numbers[next],
                                       &r->rays[next], &r->ways[next])
                     : aim(r, i % 2 == 1 ? other : at, i, &r->rays[next]);
     }

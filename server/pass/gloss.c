@@ -230,8 +230,8 @@ static size_t aim_through(const struct gloss *g, const struct bd_area_receiver *
     for (uint32_t i = 0; i < g->inputs->rays; i++) {
         g->shares[next] = share_of(g, at, KINDS * g->inputs->rays + i);
         g->shares[next].beyond = f3_of(share, share, share);
-        next += bd_onward_enter(&glass, at->viewer, g->inputs->seed, g->shares[next].number,
-                                &g->rays[next], &g->ways[next]);
+        next += bd_onward_enter(&g->surfaces, &glass, at->viewer, g->inputs->seed,
+                                g->shares[next].number, &g->rays[next], &g->ways[next]);
     }
     return next - first;
 }

@@ -46,16 +46,18 @@ static float draw(uint32_t seed, uint32_t number, uint32_t wall, float facet_and
     return way[1];
 }
 
-// What it goes through behind the wall: of a reflection what it came through.
-static f3 medium_behind(const struct bd_interface *at, const struct bd_onward *onward, f3 before)
+// What it goes through behind the wall, and within what: of a reflection what it came through.
+static void enter_medium(const struct bd_surface_hits *surfaces, const struct bd_interface *at,
+                         const struct bd_solid_edge *edge, bool passes, struct bd_way *way)
 {
-    const bool is_inside = onward->passes == at->entering;
-    if (at->thin) return before;
-    return is_inside ? at->extinction : f3_of(0, 0, 0);
+    if (at->thin) return;
+    way->extinction = passes == at->entering ? edge->inside : edge->outside;
+    if (passes) bd_solids_cross(surfaces, &way->solids, at);
 }
 
-static void leave(const struct bd_interface *at, const struct bd_onward *onward, struct bd_ray *ray,
-                  struct bd_way *way)
+static void leave(const struct bd_surface_hits *surfaces, const struct bd_interface *at,
+                  const struct bd_solid_edge *edge, const struct bd_onward *onward,
+                  struct bd_ray *ray, struct bd_way *way)
 {
     const f3 d = onward->direction;
     *ray = (struct bd_ray){.origin = {at->position.x, at->position.y, at->position.z},
@@ -63,9 +65,19 @@ static void leave(const struct bd_interface *at, const struct bd_onward *onward,
                            .direction = {d.x, d.y, d.z},
                            .far = INFINITY};
     way->weight = f3_mul(way->weight, onward->weight);
-    way->extinction = medium_behind(at, onward, way->extinction);
+    enter_medium(surfaces, at, edge, onward->passes, way);
     way->straight &= onward->passes && bd_interface_is_pane(at);
     way->events++;
+}
+
+// Where another solid is on both sides nothing happens.
+static bool choose(struct bd_interface *at, const struct bd_solid_edge *edge, f3 direction,
+                   const float number[3], struct bd_onward *onward)
+{
+    at->ior = edge->ior;
+    if (!edge->is_none) return bd_interface_go_on(at, direction, BD_ONWARD_EITHER, number, onward);
+    *onward = (struct bd_onward){direction, {1, 1, 1}, 1, true};
+    return true;
 }
 
 static void lose(struct onward *o, uint32_t i)
@@ -86,20 +98,23 @@ static bool go_on(struct onward *o, uint32_t i)
     float number[3];
     if (hit->triangle == BD_NO_TRIANGLE) return false;
     const bool is_glass = bd_interface_at(o->surfaces, hit->triangle, hit->u, hit->v, d, &at);
-    way->weight = bd_interface_absorbed(
-        way->weight, is_glass && !at.entering ? at.extinction : way->extinction, hit->distance);
+    const struct bd_solid_edge edge =
+        is_glass ? bd_solid_edge_at(o->surfaces, &way->solids, &at) : (struct bd_solid_edge){0};
+    const f3 extinction = !is_glass || at.thin ? way->extinction
+                          : at.entering        ? edge.outside
+                                               : edge.inside;
+    way->weight = bd_interface_absorbed(way->weight, extinction, hit->distance);
     if (!is_glass) return false;
     if (draw(o->seed, o->numbers[i], way->events, number) >= at.share) {
         way->rest = f_max(1 - at.share, BD_REST_LEAST);
         return false;
     }
-    if (way->events == BD_ONWARD_EVENTS_MAX ||
-        !bd_interface_go_on(&at, d, BD_ONWARD_EITHER, number, &onward)) {
+    if (way->events == BD_ONWARD_EVENTS_MAX || !choose(&at, &edge, d, number, &onward)) {
         lose(o, i);
         return false;
     }
     if (o->carries == BD_CARRIES_RADIANCE) onward.weight = f3_scale(onward.weight, onward.spread);
-    leave(&at, &onward, &o->rays[i], way);
+    leave(o->surfaces, &at, &edge, &onward, &o->rays[i], way);
     way->straight &= o->looks_straight;
     return true;
 }
@@ -170,8 +185,9 @@ enum bd_err bd_onward_run(const struct bd_pass_context *context,
     return err;
 }
 
-bool bd_onward_enter(const struct bd_interface *at, f3 to_viewer, uint64_t seed, uint32_t number,
-                     struct bd_ray *ray, struct bd_way *way)
+bool bd_onward_enter(const struct bd_surface_hits *surfaces, const struct bd_interface *at,
+                     f3 to_viewer, uint64_t seed, uint32_t number, struct bd_ray *ray,
+                     struct bd_way *way)
 {
     struct bd_onward onward;
     float numbers[3];
@@ -180,7 +196,8 @@ bool bd_onward_enter(const struct bd_interface *at, f3 to_viewer, uint64_t seed,
     if (!bd_interface_go_on(at, f3_scale(to_viewer, -1), BD_ONWARD_PASSES, numbers, &onward))
         return false;
     onward.weight = f3_scale(onward.weight, onward.spread * at->share);
-    leave(at, &onward, ray, way);
+    const struct bd_solid_edge edge = bd_solid_edge_at(surfaces, &way->solids, at);
+    leave(surfaces, at, &edge, &onward, ray, way);
     way->straight = false; // who is seen looks for nothing through itself
     return true;
 }

@@ -11,7 +11,7 @@
 #ifndef BD_PASS_ONWARD_H
 #define BD_PASS_ONWARD_H
 
-#include "lights/interface.h"
+#include "lights/solids.h"
 #include "pass/first_light.h"
 #include "pass/visibility.h"
 
@@ -21,6 +21,7 @@
 struct bd_way {
     f3 weight;       // of what it brings
     f3 extinction;   // per render unit, of what it goes through
+    struct bd_solids solids; // that it is within
     uint32_t events; // walls of glass that it met
     // Who looks for lights from where it begins has looked along it (pass/straight.h): so far it
     // met panes that those look through, or nothing.
@@ -49,8 +50,9 @@ enum bd_err bd_onward_run(const struct bd_pass_context *context,
 
 // The first wall, of a pixel that shows glass: the ray that passes, into `ray` and `way`. `number`
 // as above. False: none does.
-bool bd_onward_enter(const struct bd_interface *at, f3 to_viewer, uint64_t seed, uint32_t number,
-                     struct bd_ray *ray, struct bd_way *way);
+bool bd_onward_enter(const struct bd_surface_hits *surfaces, const struct bd_interface *at,
+                     f3 to_viewer, uint64_t seed, uint32_t number, struct bd_ray *ray,
+                     struct bd_way *way);
 
 // What such a ray brings of lights that it meets itself, where nobody else has looked for those:
 // of an emitter, or of the sky where it meets nothing. In the frame's unit, with its weight.

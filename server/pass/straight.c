@@ -13,21 +13,26 @@
 
 struct way {
     f3 passed;
+    struct bd_solids solids;
     float gone; // of its length
     struct bd_ray_hit hit;
 };
 
-// What glass that was met lets pass; there `place` is set.
-static f3 passes_glass(const struct bd_visibility_inputs *v, const struct bd_ray_hit *hit, f3 d,
-                       f3 *place)
+// What glass that was met lets pass; there `place` is set, and the way is behind it.
+static f3 passes_glass(const struct bd_visibility_inputs *v, struct way *way, f3 d, f3 *place)
 {
+    const struct bd_ray_hit *hit = &way->hit;
     struct bd_interface at;
     if (!v->panes || !bd_interface_at(v->panes, hit->triangle, hit->u, hit->v, d, &at))
         return f3_of(0, 0, 0);
+    const struct bd_solid_edge edge = bd_solid_edge_at(v->panes, &way->solids, &at);
+    const f3 extinction = at.entering ? edge.outside : edge.inside;
+    at.ior = edge.ior;
     *place = at.position;
-    const f3 passes = bd_interface_straight(&at, v->straight, d);
-    if (at.thin || at.entering) return passes;
-    return bd_interface_absorbed(passes, at.extinction, hit->distance);
+    const f3 passes = edge.is_none ? f3_of(1, 1, 1) : bd_interface_straight(&at, v->straight, d);
+    if (at.thin) return passes;
+    bd_solids_cross(v->panes, &way->solids, &at);
+    return bd_interface_absorbed(passes, extinction, hit->distance);
 }
 
 // Through the wall that it met, if that lets it: `ray` begins there then.
@@ -39,7 +44,7 @@ static bool pass(const struct bd_visibility_inputs *v, bool veils, struct bd_ray
     const struct bd_ray_hit *hit = &way->hit;
     const float beside = veils ? 1 - bd_rays_opacity(v->occluders->rays, hit) : 0;
     f3 place = f3_add(from, f3_scale(d, hit->distance));
-    const f3 glass = f3_scale(passes_glass(v, hit, d, &place), 1 - beside);
+    const f3 glass = f3_scale(passes_glass(v, way, d, &place), 1 - beside);
     const f3 passes = f3_add(glass, f3_of(beside, beside, beside));
     if (!(passes.x > 0 || passes.y > 0 || passes.z > 0)) return false;
     way->passed = f3_mul(way->passed, passes);
@@ -174,7 +179,7 @@ static void follow_group(void *user, uint32_t group)
     const struct followed *f = user;
     for (size_t i = (size_t)group * BD_LANES; i < (group + 1) * (size_t)BD_LANES && i < f->count;
          i++) {
-        struct way way = {{1, 1, 1}, 0, f->hits[i]};
+        struct way way = {.passed = {1, 1, 1}, .hit = f->hits[i]};
         go_on(f->visibility, false, f->rays[i], BD_NO_TRIANGLE, &way);
         f->hits[i] = way.hit;
         f->passed[i] = way.passed;

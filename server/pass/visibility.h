@@ -12,7 +12,7 @@
 #ifndef BD_PASS_VISIBILITY_H
 #define BD_PASS_VISIBILITY_H
 
-#include "lights/interface.h"
+#include "lights/solids.h"
 #include "pass/env_rays.h"
 #include "pass/imperfect_shadows.h"
 #include "pass/occluders.h"
