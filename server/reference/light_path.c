@@ -75,6 +75,7 @@ bool bd_path_leave_light(struct bd_path *path, const float choice, const float u
     if (!bd_punctual_illuminates(punctuals, punctual, out->at.position, light)) return false;
     bd_vec3f_copy(out->towards_light, light->direction);
     out->passed = 0;
+    out->solids.count = 0;
     out->punctual = punctual;
     out->straight = bd_path_looks_straight(path);
     out->way = bd_straight_free;
@@ -111,7 +112,7 @@ bool bd_path_pass_on(struct bd_path *path, struct bd_carried *carried)
 {
     if (!may_be_smooth(path, carried) || !survives(path, carried)) return false;
     struct bd_vertex vertex;
-    bd_path_vertex(path, &carried->at, carried->towards_light, &vertex);
+    bd_path_vertex(path, &carried->at, carried->towards_light, &carried->solids, &vertex);
     bd_path_make_sender(path, &vertex.bsdf.surface);
     const float u[3] = {of_hash(path), of_hash(path), of_hash(path)};
     struct bd_bsdf_sample sample;
@@ -121,10 +122,12 @@ bool bd_path_pass_on(struct bd_path *path, struct bd_carried *carried)
         bd_path_add_pane(path, &carried->at, carried->towards_light, &carried->way);
     struct bd_ray ray;
     bd_path_ray(path, &vertex, sample.wi, INFINITY, &ray);
-    if (!bd_path_intersect(path, &ray, &carried->at)) return false;
+    if (sample.transmitted && vertex.solid)
+        bd_nested_cross(&carried->solids, vertex.solid, vertex.bsdf.surface.entering);
+    if (!bd_path_meet(path, &vertex, &ray, &carried->solids, carried->flux, &carried->at))
+        return false;
     bd_vec3f_filter(carried->flux, carried->flux, sample.weight);
     bd_vec3f_scale(carried->flux, carried->flux, index_squared(&vertex.bsdf.surface, &sample));
-    bd_path_absorb(&vertex, sample.wi, NULL, carried->at.distance, carried->flux);
     bd_vec3f_scale(carried->towards_light, sample.wi, -1);
     carried->passed += !carried->straight;
     return carried->flux[0] > 0 || carried->flux[1] > 0 || carried->flux[2] > 0;
@@ -135,7 +138,7 @@ bool bd_path_is_smooth(const struct bd_path *path, const struct bd_carried *carr
 {
     if (!may_be_smooth(path, carried)) return false;
     struct bd_vertex vertex;
-    bd_path_vertex(path, &carried->at, carried->towards_light, &vertex);
+    bd_path_vertex(path, &carried->at, carried->towards_light, &carried->solids, &vertex);
     bd_path_make_sender(path, &vertex.bsdf.surface);
     return bd_bsdf_is_delta(&vertex.bsdf.surface);
 }
@@ -167,7 +170,7 @@ static void join_eye(struct bd_path *path, const struct bd_carried *carried,
     const float arrives = fabsf(bd_vec3f_dot(normal, carried->towards_light));
     if (cosine <= 0 && !carried->at.part->material->double_sided) return;
     struct bd_vertex vertex;
-    bd_path_vertex(path, &carried->at, sight.to_eye, &vertex);
+    bd_path_vertex(path, &carried->at, sight.to_eye, NULL, &vertex);
     float value[3];
     bd_bsdf_eval(&vertex.bsdf, carried->towards_light, value, NULL);
     bd_vec3f_filter(value, value, carried->flux);

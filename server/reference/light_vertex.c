@@ -77,7 +77,7 @@ static const struct bd_vertex *sender_towards(struct bd_path *path, const float 
         bd_bsdf_look(&sender->bsdf, wo);
         return sender;
     }
-    bd_path_vertex(path, &v->at, wo, sender);
+    bd_path_vertex(path, &v->at, wo, NULL, sender);
     bd_path_make_sender(path, &sender->bsdf.surface);
     v->has_sender[side] = true;
     return sender;

@@ -22,6 +22,7 @@ void bd_path_begin(const struct bd_reference *reference, const struct bd_integra
     bd_vec3f_set(path->throughput, 1, 1, 1);
     path->scatter_pdf = 0;
     path->is_specular = path->only_mirrors = true;
+    path->solids.count = 0;
     path->lamp_radius = (float)(integrand->lamp_radius_m * units_per_m);
     path->clamp_per_unit2 = (float)(integrand->clamp_per_m2 / (units_per_m * units_per_m));
     // The rest of the light vertex is as large as all this, and often is not asked for.
@@ -43,24 +44,35 @@ void bd_path_make_sender(const struct bd_path *path, struct bd_surface *surface)
 }
 
 void bd_path_vertex(const struct bd_path *path, const struct bd_intersection *at, const float wo[3],
-                    struct bd_vertex *out)
+                    const struct bd_nested *within, struct bd_vertex *out)
 {
     const struct bd_integrand *integrand = path->integrand;
     bd_surface_at(path->reference->scene, &at->hit, wo, integrand->lambert, integrand->transmission,
                   &out->bsdf.surface);
+    struct bd_surface *surface = &out->bsdf.surface;
+    const bool bounds_solid = surface->transmission > 0 && !surface->thin;
+    if (bounds_solid && within && within->count > 0)
+        surface->ior = bd_nested_edge_at(path->reference, within, at, surface->entering).ior;
     bd_bsdf_look(&out->bsdf, wo);
     bd_vec3f_copy(out->wo, wo);
     bd_vec3f_copy(out->position, at->position);
     out->clearance = at->clearance;
     const struct bd_medium *medium = &path->reference->media[at->hit.primitive->material];
-    bool bounds_solid = out->bsdf.surface.transmission > 0 && !out->bsdf.surface.thin;
     out->behind = bounds_solid && medium->absorbs ? medium : NULL;
+    out->solid = bounds_solid ? at->part : NULL;
 }
 
 static bool is_inside(const struct bd_vertex *vertex, const float direction[3])
 {
     bool same_side = bd_vec3f_dot(vertex->bsdf.surface.normal_geometric, direction) > 0;
     return same_side != vertex->bsdf.surface.entering;
+}
+
+static void absorb(const struct bd_medium *medium, float distance, float value[3])
+{
+    if (!medium) return;
+    for (int k = 0; k < 3; k++)
+        if (medium->per_unit[k] > 0) value[k] *= expf(-medium->per_unit[k] * distance);
 }
 
 void bd_path_absorb(const struct bd_vertex *from, const float wi[3], const struct bd_vertex *to,
@@ -71,9 +83,7 @@ void bd_path_absorb(const struct bd_vertex *from, const float wi[3], const struc
         medium = to->behind;
     else if (from && from->behind && is_inside(from, wi))
         medium = from->behind;
-    if (!medium) return;
-    for (int k = 0; k < 3; k++)
-        if (medium->per_unit[k] > 0) value[k] *= expf(-medium->per_unit[k] * distance);
+    absorb(medium, distance, value);
 }
 
 static void step_off(const struct bd_vertex *vertex, const float direction[3], float out[3])
@@ -123,7 +133,7 @@ bool bd_path_add_pane(const struct bd_path *path, const struct bd_intersection *
     struct bd_vertex pane;
     float passed[3], chance;
     if (!path->reference->smooth[at->hit.primitive->material]) return false;
-    bd_path_vertex(path, at, wo, &pane);
+    bd_path_vertex(path, at, wo, NULL, &pane);
     if (!bd_bsdf_straight(&pane.bsdf, passed, &chance)) return false;
     bd_vec3f_filter(way->passed, way->passed, passed);
     way->chance *= bd_bsdf_is_delta(&pane.bsdf.surface) ? chance : 0;
@@ -184,6 +194,36 @@ bool bd_path_intersect(const struct bd_path *path, const struct bd_ray *ray,
     return true;
 }
 
+// What fills the last part of the way to a surface that bounds no solid.
+static const struct bd_medium *medium_before(const struct bd_path *path,
+                                             const struct bd_vertex *from, const struct bd_ray *ray,
+                                             const struct bd_nested *solids,
+                                             const struct bd_intersection *at)
+{
+    if (solids->count > 1) return bd_nested_medium_at(path->reference, solids, at->position);
+    return from && from->behind && is_inside(from, ray->direction) ? from->behind : NULL;
+}
+
+bool bd_path_meet(const struct bd_path *path, const struct bd_vertex *from, struct bd_ray *ray,
+                  struct bd_nested *solids, float value[3], struct bd_intersection *at)
+{
+    const bool refracts = path->integrand->transmission && !path->integrand->lambert &&
+                          !path->integrand->lambert_senders;
+    for (float gone = 0;; gone = at->distance) {
+        if (!bd_path_intersect(path, ray, at)) return false;
+        if (!refracts || !bd_nested_is_bound(at)) {
+            absorb(medium_before(path, from, ray, solids, at), at->distance - gone, value);
+            return true;
+        }
+        const bool entering = bd_vec3f_dot(at->hit.normal_geometric, ray->direction) <= 0;
+        const struct bd_nested_edge edge = bd_nested_edge_at(path->reference, solids, at, entering);
+        absorb(entering ? edge.outside : edge.inside, at->distance - gone, value);
+        if (!edge.is_none) return true;
+        bd_nested_cross(solids, at->part, entering);
+        ray->near = nextafterf(at->distance, INFINITY);
+    }
+}
+
 static void add_sky(struct bd_path *path, const float direction[3])
 {
     const struct bd_reference *reference = path->reference;
@@ -216,7 +256,8 @@ static void add_emission(struct bd_path *path, const struct bd_vertex *from,
 struct step {
     const struct bd_vertex *from;
     struct bd_ray ray;
-    float cosine; // to the shading normal
+    float cosine;     // to the shading normal
+    bool is_absorbed; // what solids take on the way is taken
 };
 
 // Chooses a direction and the chance of going on. False: the path ends.
@@ -235,8 +276,11 @@ static bool scatter(struct bd_path *path, const struct bd_vertex *vertex, struct
     path->scatter_pdf = sample.pdf * survival;
     path->is_specular = sample.delta;
     path->only_mirrors &= sample.delta;
+    if (sample.transmitted && vertex->solid)
+        bd_nested_cross(&path->solids, vertex->solid, vertex->bsdf.surface.entering);
     path->events++;
     step->from = vertex;
+    step->is_absorbed = false;
     bd_path_ray(path, vertex, sample.wi, INFINITY, &step->ray);
     step->cosine = bd_vec3f_dot(vertex->bsdf.surface.normal, sample.wi);
     return path->throughput[0] > 0 || path->throughput[1] > 0 || path->throughput[2] > 0;
@@ -256,8 +300,9 @@ static void arrive(struct bd_path *path, const struct step *step, const struct b
 {
     float wo[3];
     bd_vec3f_scale(wo, step->ray.direction, -1);
-    bd_path_vertex(path, at, wo, vertex);
-    bd_path_absorb(step->from, step->ray.direction, vertex, at->distance, path->throughput);
+    bd_path_vertex(path, at, wo, &path->solids, vertex);
+    if (!step->is_absorbed)
+        bd_path_absorb(step->from, step->ray.direction, vertex, at->distance, path->throughput);
     if (is_first) add_emission(path, step->from, at, vertex);
     bd_path_make_sender(path, &vertex->bsdf.surface);
     if (path->is_specular) return;
@@ -290,10 +335,14 @@ static bool may_scatter(const struct bd_path *path)
 // --- the way on ---------------------------------------------------------------------------------
 
 // The next vertex; its direct light is added. False: there is none.
-static bool walk(struct bd_path *path, const struct step *step, struct bd_vertex *vertex)
+static bool walk(struct bd_path *path, struct step *step, struct bd_vertex *vertex)
 {
     struct bd_intersection at;
-    const bool met = bd_path_intersect(path, &step->ray, &at);
+    const bool met =
+        bd_path_meet(path, step->from, &step->ray, &path->solids, path->throughput, &at);
+    step->is_absorbed = true;
+    // Who looks for lights ends at edges that are none.
+    if (step->ray.near > 0) path->is_specular = true;
     bd_path_add_lamps(path, step->from, step->ray.direction, met ? at.distance : INFINITY);
     if (!met) {
         add_sky(path, step->ray.direction);
@@ -364,7 +413,7 @@ bool bd_path_from_camera(struct bd_path *path, struct bd_ray *ray, struct bd_ver
     }
     float wo[3];
     bd_vec3f_scale(wo, ray->direction, -1);
-    bd_path_vertex(path, &at, wo, first);
+    bd_path_vertex(path, &at, wo, &path->solids, first);
     bd_path_absorb(NULL, ray->direction, first, at.distance, path->throughput);
     add_emission(path, NULL, &at, first);
     *distance = at.distance;

@@ -12,6 +12,7 @@
 #include "reference/bsdf.h"
 #include "reference/emitters.h"
 #include "reference/geometry.h"
+#include "reference/nested.h"
 #include "reference/punctual.h"
 #include "reference/reference.h"
 #include "reference/sampler.h"
@@ -43,6 +44,7 @@ struct bd_vertex {
     float position[3];              // reference space
     float clearance;                // rays start this far off the surface
     const struct bd_medium *behind; // what fills the solid that it bounds; NULL: nothing
+    const struct bd_part *solid;    // that one's; NULL: it bounds none
 };
 
 // A light vertex: where a ray from a punctual light met the scene.
@@ -71,6 +73,7 @@ struct bd_path {
     bool is_specular;      // no other way could have found the last direction
     bool only_mirrors;     // nor any before it
     float lamp_radius;     // reference units
+    struct bd_nested solids; // that the eye's way is within
     struct bd_light_vertex light_vertex;
     float clamp_per_unit2;
     float sum[BD_PART_COUNT][3];
@@ -145,9 +148,14 @@ bool bd_path_passes(const struct bd_path *path, struct bd_ray *ray, struct bd_st
 bool bd_path_intersect(const struct bd_path *path, const struct bd_ray *ray,
                        struct bd_intersection *at);
 
-// The vertex at an intersection, for light that leaves towards `wo`.
+// The vertex at an intersection, for light that leaves towards `wo`, along a way that is within
+// those solids; NULL: within none.
 void bd_path_vertex(const struct bd_path *path, const struct bd_intersection *at, const float wo[3],
-                    struct bd_vertex *out);
+                    const struct bd_nested *within, struct bd_vertex *out);
+// What the way meets next, past edges that are none; `value` is less by what solids take before.
+// False: nothing. `ray` is changed, and begins behind such an edge then.
+bool bd_path_meet(const struct bd_path *path, const struct bd_vertex *from, struct bd_ray *ray,
+                  struct bd_nested *solids, float value[3], struct bd_intersection *at);
 
 // Multiplies by what the solid around the segment from `from` along `wi` lets pass. `to` may be
 // NULL.
@@ -252,6 +260,7 @@ struct bd_carried {
     struct bd_intersection at;
     float towards_light[3]; // unit: where it came from
     float flux[3];          // of all punctual lights, were this the only path
+    struct bd_nested solids; // that it is within
     uint32_t passed;        // smooth surfaces, but for panes that it went straight through at first
     const struct bd_punctual *punctual;
     bool straight;              // panes alone, or nothing, where those are looked through
