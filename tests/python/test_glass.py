@@ -40,6 +40,70 @@ def test_a_pane_lets_through_what_fresnel_leaves(client, tmp_path):
     assert seen == pytest.approx(.96 / 1.04, rel=3e-3)
 
 
+def solid(ior, **volume):
+    material = json.loads(json.dumps(GLASS))
+    material["extensions"]["KHR_materials_ior"] = {"ior": ior}
+    material["extensions"]["KHR_materials_volume"].update(volume)
+    return material
+
+
+def slab(front, back, material, half=9):
+    """One mesh of two faces."""
+    a, b = pane(front, half), pane(back, half, facing=-1)
+    return (numpy.concatenate([a[0], b[0]]), numpy.concatenate([a[1], b[1]]), numpy.concatenate([a[2], b[2] + len(a[0])])), material
+
+
+def behind_faces(*indices):
+    """Of light to and fro between faces of clear media, the first and the last of which are air."""
+    reflected = [((a - b) / (a + b)) ** 2 for a, b in zip(indices, indices[1:])]
+    return 1 / (1 + sum(r / (1 - r) for r in reflected))
+
+
+GLASS_SLAB = slab(1, -1, solid(1.5))
+NESTED = {
+    "water in glass": ([GLASS_SLAB, slab(.5, -.5, solid(1.33))], behind_faces(1, 1.5, 1.33, 1.5, 1)),
+    "glasses that reach into water": ([slab(1.02, -1.02, solid(1.33), 8), slab(2, 1, solid(1.5)), slab(-1, -2, solid(1.5))],
+                                      behind_faces(1, 1.5, 1.33, 1.5, 1)),
+    "air in glass": ([GLASS_SLAB, slab(.5, -.5, solid(1))], behind_faces(1, 1.5, 1, 1.5, 1)),
+    "glass in glass": ([GLASS_SLAB, slab(.5, -.5, solid(1.5))], behind_faces(1, 1.5, 1)),
+    # Radiance is less by the index squared behind it, and the slab stands in air all the same.
+    "a sheet that ends nowhere": ([(pane(3, 9), solid(1.5)), GLASS_SLAB], behind_faces(1, 1.5, 1, 1.5) / 1.5 ** 2),
+    "ink in glass": ([GLASS_SLAB, slab(.5, -.5, solid(1.5, attenuationDistance=.5, attenuationColor=[.5, .5, .5]), 8)],
+                     .96 ** 2 * .25 / (1 - .04 ** 2 * .25 ** 2)),
+}
+
+
+@pytest.mark.parametrize("technique, parameters", [("many_light", {"far_rays": 256}), ("direct", {"light_rays": 256}), ("reference", {"spp": 512})],
+                         ids=["many_light", "direct", "reference"])
+@pytest.mark.parametrize("nested", NESTED)
+def test_solids_lie_within_each_other(client, tmp_path, nested, technique, parameters):
+    """By Fresnel at each face between two media; the smaller solid is there where two are."""
+    parts, expected = NESTED[nested]
+    scene = add(client, tmp_path, [(pane(-5, 20), lamp(1)), *parts])
+    seen = look(scene, technique, eye=(0, 0, 20), yfov=.01, size=(16, 16), parameters=parameters).mean()
+    print(nested, technique, seen, expected)
+    assert seen == pytest.approx(expected, rel=6e-3)
+
+
+def test_a_ball_in_a_ball_throws_its_light(client, tmp_path):
+    """Coloured water in glass: what photons bring to the floor, and what is seen through both, is the reference's."""
+    outer, inner = sphere(48), sphere(48)
+    inner[0][:] *= .7
+    tea = solid(1.33, attenuationDistance=1, attenuationColor=[.9, .5, .2])
+    for mesh in (outer, inner):
+        mesh[0][:, 2] += 1.5
+    scene = add(client, tmp_path, [(pane(0, 9), GREY), (outer, solid(1.5)), (inner, tea)], light={"type": "point", "intensity": 100}, at=(0, 0, 6))
+    pose = bounced.Pose((5, 0, 3), (0, 0, .8), up=(0, 0, 1), yfov=.6)
+
+    def seen(technique, **parameters):
+        frame = scene.render(size=(64, 64), technique=technique, layers=["direct", "indirect"], pose=pose, parameters=parameters)
+        return sum(frame.layers[layer][..., :3].astype(float) for layer in ("direct", "indirect"))
+    truth, ours = seen("reference", spp=512), seen("many_light", far_rays=16)
+    ratio = ours.mean((0, 1)) / truth.mean((0, 1))
+    print(ratio, truth.mean((0, 1)))
+    assert ratio == pytest.approx(numpy.ones(3), rel=.03)
+
+
 WITHOUT_PHOTONS = ("direct", "rsm", "isr", "hisr", "multires_gather")
 
 
