@@ -137,7 +137,7 @@ def draw_pages(files, write):
             write("bench.svg", (files / "bench/bench.svg").read_bytes())
     if (files / "papers/papers.json").is_file():
         from papers import page, store
-        asked = types.SimpleNamespace(figures=(), output=files / "papers", title="Two papers, redrawn")
+        asked = types.SimpleNamespace(figures=(), output=files / "papers", title="Papers, redrawn")
         if page.write_page(asked, store.Store(files / "papers"), lambda line: None) == 0:
             write("papers.html", (files / "papers/papers.html").read_bytes())
 

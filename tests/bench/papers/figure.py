@@ -1,7 +1,7 @@
 """What a figure is made of: frames as data, lines to draw, ratios to compare."""
 import dataclasses
 
-COMMON = {"brdf": "lambert"}  # both papers are about diffuse light
+COMMON = {"brdf": "lambert"}  # the papers of blocks and trees are about diffuse light; the reference has no such setting
 # The papers' blocks, down to the pixel and by what the camera sees alone, for all techniques that
 # light blocks: what is compared has the same fragments. Splatting knows no threshold of light.
 BY_CAMERA = {"depth_test": "minmax", "depth_threshold": .05, "finest": 1}
@@ -26,7 +26,8 @@ class Run:
     @property
     def all_settings(self):
         own = {**PAPERS_BLOCKS.get(self.technique, {}), **self.settings}
-        return {**COMMON, **{key: str(value) for key, value in own.items()}}
+        common = {} if self.technique == "reference" else COMMON
+        return {**common, **{key: str(value) for key, value in own.items()}}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -46,7 +47,7 @@ class Group:
 @dataclasses.dataclass(frozen=True)
 class Target:
     """One ratio of the paper beside ours. Without `least` and `most` nothing was asked for."""
-    id: str           # algorithms.md B1.x or B2.x
+    id: str           # algorithms.md B1.x, B2.x or B5.x
     what: str
     ours: float
     paper: object = None  # a number, or a text where the paper has no number

@@ -36,7 +36,7 @@ def parse(words):
         help="sizes in pixels divided by N, to see quickly that all works; default 1")
     add("--device", metavar="SPEC", help="as of bounce render")
     add("-o", "--output", type=Path, default=Path("papers"), metavar="DIR", help="default ./papers")
-    add("--title", default="Two papers, redrawn", metavar="TEXT")
+    add("--title", default="Papers, redrawn", metavar="TEXT")
     asked = parser.parse_args(words)
     if not asked.scenes.is_dir():
         parser.error(f"--scenes {asked.scenes}: no such folder")

@@ -18,7 +18,7 @@ td.text{white-space:normal;min-width:14rem;text-align:left}
 """
 
 METHOD = """
-<p>Ratios, not milliseconds: the papers ran on a graphics card of 2008. Frames of one group took turns,
+<p>Ratios, not milliseconds: the papers ran on graphics cards of 2008. Frames of one group took turns,
 everything was made anew each time, and the median counts; a ratio's two sides are always of one group.
 <i>Stage</i> is the pass that gathers or splats; <i>indirect</i> is all but the passes that direct light
 needs. Errors are those of the indirect layer: root mean square over the mean, beside it over the largest value.

@@ -38,6 +38,9 @@ def of_set(name):
     return Scene(name, f"{name}.glb")
 
 
+CORNELL = of_set("cornell_box")
+GLASS = of_set("glass_sphere_box")
+RING = of_set("mnrt_ring")
 BOX = of_set("cornell_box_spot_side")
 DRAGON = of_set("cornell_dragon_bunny")
 BUDDHA = of_set("buddha_room")
