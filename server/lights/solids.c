@@ -34,7 +34,7 @@ static bool is_within(const struct bd_surface_hits *hits, uint32_t triangle, f3 
     const bd_dvec3 at = {place.x, place.y, place.z};
     const bd_dvec3 world =
         bd_dvec3_add(hits->space.origin_m, bd_dvec3_scale(at, 1 / hits->space.render_per_m));
-    return bd_solid_box_holds(hit.instance, hit.primitive, world);
+    return bd_solid_box_holds(hits->scene, hit.instance, world);
 }
 
 // Which of them is left through that edge: the last of its material; `count` where none is.

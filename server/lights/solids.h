@@ -4,7 +4,7 @@
 // that lie within a smaller solid are none, nor are those between two of one material.
 //
 // A solid that a ray went into without leaving it, such as a sheet that bounds none, counts no
-// further than its box.
+// further than its mesh's box.
 //
 // Schmidt and Budge 2002 (nested dielectrics, by priorities that are told).
 //

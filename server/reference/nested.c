@@ -32,7 +32,7 @@ static const struct bd_part *there(const struct bd_reference *reference,
     const struct bd_part *found = NULL;
     for (uint32_t i = 0; i < stack->count; i++) {
         const struct bd_part *part = stack->in[i];
-        if (i == but || !bd_solid_box_holds(part->instance, part->primitive, world)) continue;
+        if (i == but || !bd_solid_box_holds(geometry->scene, part->instance, world)) continue;
         if (!found || is_smaller(part, found)) found = part;
     }
     return found;

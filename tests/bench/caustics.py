@@ -50,8 +50,14 @@ def moved(mesh, scale, by):
     return numpy.float32(mesh[0] * scale + numpy.float32(by)), mesh[1], mesh[2]
 
 
+def joined(*meshes):
+    starts = numpy.cumsum([0] + [len(mesh[0]) for mesh in meshes])
+    return (*(numpy.concatenate([mesh[i] for mesh in meshes]) for i in (0, 1)),
+            numpy.concatenate([mesh[2] + numpy.uint32(start) for mesh, start in zip(meshes, starts)]))
+
+
 def solid(radius, low, high, material):
-    return [(cylinder(radius, low, high), material), (disc(radius, high), material), (disc(radius, low, -1), material)]
+    return [(joined(cylinder(radius, low, high), disc(radius, high), disc(radius, low, -1)), material)]
 
 
 # Parts, the light, the pose, and the parts that light goes through or off.

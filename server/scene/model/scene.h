@@ -327,9 +327,9 @@ bool bd_scene_is_finished(const struct bd_scene *scene);
 bool bd_scene_lights_yield(const struct bd_scene *scene, bool to_emitters, bool to_environment);
 
 // Of solids at one place the smallest is there, by the square of its box's diagonal; and whether
-// that box, along the world's axes, holds a place.
+// the box of all its mesh, along the world's axes, holds a place.
 double bd_solid_size_m2(const struct bd_instance *instance, const struct bd_primitive *primitive);
-bool bd_solid_box_holds(const struct bd_instance *instance, const struct bd_primitive *primitive,
+bool bd_solid_box_holds(const struct bd_scene *scene, const struct bd_instance *instance,
                         bd_dvec3 world);
 
 struct bd_scene *bd_scene_retain(struct bd_scene *scene);
