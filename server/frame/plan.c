@@ -313,7 +313,9 @@ static bool follows(const struct bd_plan *plan)
 // Rays alone go through glass.
 static bool may_look_through(const struct bd_plan *plan)
 {
-    if (plan->params.lambert || plan->params.paper_mode) return false;
+    const bool is_of_papers =
+        plan->params.paper_mode && !(plan->technique->inputs & BD_INPUT_PHOTONS);
+    if (plan->params.lambert || is_of_papers) return false;
     if (!follows(plan) && plan->params.light_rays == 0) return false;
     return !bd_plan_reads(plan, BD_PARAM_RESIDUAL) || bd_params_bring_back(&plan->params);
 }

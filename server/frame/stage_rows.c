@@ -493,6 +493,7 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
             .is_needed = has_env_maps,
             .why_not = no_env_maps,
             .reads = READS_PLACES | ASPECT(SIDES) | BD_READ_ENV_TRACING,
+            .glass = ASPECT(MEDIUM),
             .params = PARAM(ENV_MAPS) | PARAM(ENV_MAP_SIZE),
             KEEPS(env_maps, frame, env_maps, bd_run_env_maps),
         },

@@ -220,6 +220,7 @@ enum bd_err bd_run_env_maps(struct bd_frame *frame, struct bd_frame_light *light
         .tracer = bd_stage_tracer(frame, bd_env_map_texels(params->env_map_size)),
         .choice_tracer = bd_stage_tracer(frame, BD_ENV_CHOICE_TEXELS),
         .count = params->env_maps,
+        .solids = frame->plan->glass,
         .side_px = params->env_map_size,
     };
     context.processor = &processor;

@@ -136,6 +136,47 @@ static enum bd_err look_from_all(const struct bd_pass_context *context,
     return err;
 }
 
+static bool is_solid(const struct bd_scene *scene, const struct bd_primitive *primitive)
+{
+    const struct bd_material *material = &scene->materials[primitive->material];
+    return material->transmission > 0 && material->thickness_m > 0 && !material->unlit;
+}
+
+static f3 middle_of(const struct bd_surface_hits *hits, const struct bd_instance *instance,
+                    const struct bd_primitive *primitive)
+{
+    const float *least = primitive->bounds_min, *most = primitive->bounds_max;
+    const bd_dvec3 middle = {0.5 * ((double)least[0] + most[0]), 0.5 * ((double)least[1] + most[1]),
+                             0.5 * ((double)least[2] + most[2])};
+    const bd_dvec3 at =
+        bd_render_from_world(&hits->space, bd_dmat4_point(&instance->world_from_mesh, middle));
+    return f3_of((float)at.x, (float)at.y, (float)at.z);
+}
+
+// As many as there is room for, in the order of triangles.
+static enum bd_err look_from_solids(const struct bd_pass_context *context,
+                                    const struct bd_env_maps_inputs *inputs,
+                                    struct bd_env_maps *maps, struct bd_err_detail *detail)
+{
+    const struct bd_triangle_order *order = &maps->hits.order;
+    enum bd_err err = BD_ERR_OK;
+    for (uint32_t r = 0; r < order->run_count; r++) {
+        const struct bd_triangle_run *run = &order->runs[r];
+        const struct bd_primitive *primitive =
+            &maps->scene->meshes[run->mesh]->primitives[run->primitive];
+        if (!is_solid(maps->scene, primitive)) continue;
+        for (uint32_t i = 0; !err && i < run->instance_count; i++) {
+            const uint32_t place = order->instances[run->first_instance + i];
+            if (maps->count == BD_ENV_MAPS_MAX) return BD_ERR_OK;
+            err = bd_env_map_look(context, inputs->scene, &maps->hits, inputs->tracer,
+                                  middle_of(&maps->hits, &maps->scene->instances[place], primitive),
+                                  inputs->side_px, &maps->maps[maps->count], detail);
+            maps->count++;
+        }
+    }
+    return err;
+}
+
 enum bd_err bd_env_maps_run(const struct bd_pass_context *context,
                             const struct bd_env_maps_inputs *inputs, struct bd_env_maps **out,
                             struct bd_err_detail *detail)
@@ -146,7 +187,8 @@ enum bd_err bd_env_maps_run(const struct bd_pass_context *context,
     maps->scene = bd_scene_retain(inputs->snapshot);
     maps->side_px = inputs->side_px;
     bd_surface_hits_init(&maps->hits, maps->scene);
-    const enum bd_err err = look_from_all(context, inputs, maps, detail);
+    enum bd_err err = look_from_all(context, inputs, maps, detail);
+    if (!err && inputs->solids) err = look_from_solids(context, inputs, maps, detail);
     if (err) bd_env_maps_destroy(context->gpu, out);
     return err;
 }

@@ -2,8 +2,10 @@
 // instead of its triangles (pass/env_rays.h). A texel says which triangle it sees first, and how
 // far off that is.
 //
-// Where they stand is chosen (pass/env_choice.h). A cube is a shadow map of its centre
-// (pass/shadow_map.h), drawn or traced as those are, and then the processor's.
+// Where they stand is chosen (pass/env_choice.h); of each solid of glass one more stands in its
+// middle, where rays within it find its walls (distance impostors, algorithms.md A5.8). A cube is a
+// shadow map of its centre (pass/shadow_map.h), drawn or traced as those are, and then the
+// processor's.
 //
 // A function of the snapshot's places and these numbers. Memory: 8 bytes a texel. Cost: six
 // drawings of the scene a cube, and 100 ns a texel of one core.
@@ -51,6 +53,7 @@ struct bd_env_maps_inputs {
     uint32_t count;                        // at most: 1 to BD_ENV_MAPS_MAX
     uint32_t side_px;                      // of a face
     uint32_t seed;                         // of the places to choose from
+    bool solids;                           // rays go on through those
 };
 
 // With the processor's threads.

@@ -124,6 +124,15 @@ static bool take_texel(const struct asked *a, uint32_t texel,
     return true;
 }
 
+// Light goes out where it went in.
+static bool has_two_sides(const struct asked *a, uint32_t number,
+                          const struct bd_hit_triangle *triangle)
+{
+    const struct bd_surface_hits *hits = &a->maps->hits;
+    const int32_t material = bd_surface_hit_of(hits, number).primitive->material;
+    return triangle->two_sided || hits->scene->materials[material].transmission > 0;
+}
+
 // Whose front the texel shows, but for the ray's own.
 static bool triangle_at(const struct asked *a, uint32_t texel, struct bd_hit_triangle *out)
 {
@@ -133,7 +142,7 @@ static bool triangle_at(const struct asked *a, uint32_t texel, struct bd_hit_tri
         !bd_surface_hit_triangle(&a->maps->hits, number, out))
         return false;
     const float facing = f3_dot(out->normal, a->along);
-    return out->two_sided ? f_abs(facing) > FACING_LEAST : facing < -FACING_LEAST;
+    return has_two_sides(a, number, out) ? f_abs(facing) > FACING_LEAST : facing < -FACING_LEAST;
 }
 
 // --- bracketed ----------------------------------------------------------------------------------

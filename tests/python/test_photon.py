@@ -3,6 +3,7 @@ import bounced
 import numpy
 import pytest
 from conftest import SCENES
+from glass_scenes import GLASS, GREY, add, pane, sphere, walls
 
 SIZE = (48, 48)
 IMAGES = {"intersections": "images"}
@@ -150,3 +151,24 @@ def test_mirrors_throw_light(box):
         edit.set_material(metal.id, roughness=.3)
     rough = frame_of(box, "many_light")
     assert reason(rough, "caustics") == ["no surface lets light through or is a mirror"]
+
+
+def test_cubes_of_texels_show_what_is_behind_glass(client, tmp_path):
+    """One in the middle of a ball shows its walls to rays within: the room behind it, and the caustic below; as printed, too."""
+    parts = [*walls(), (pane(1, 1), {**GREY, "doubleSided": True}), (moved_ball(), GLASS)]
+    scene = add(client, tmp_path, parts, light={"type": "point", "intensity": 5}, at=(.3, .8, .2))
+    pose = bounced.Pose((0, .1, .9), (0, -.3, 0), yfov=.7)
+
+    def seen(**parameters):
+        frame = scene.render(size=SIZE, technique="photon", layers=["direct", "indirect"], pose=pose, parameters={"photons": 32768, **parameters})
+        assert not any("opaque" in flag for flag in frame.report["flags"])
+        return light(frame, "direct") + light(frame)
+    rays, images, printed = seen(), seen(**IMAGES), seen(paper_mode=1, light_rays=16)
+    print(images.mean() / rays.mean(), off(images, rays), printed.mean() / rays.mean(), off(printed, rays))
+    assert images.mean() == pytest.approx(rays.mean(), rel=.06) and off(images, rays) < .12
+    assert off(images, rays) < off(printed, rays)
+
+
+def moved_ball(radius=.4, at=(0, -.45, 0)):
+    places, normals, triangles = sphere(32)
+    return numpy.float32(radius * places + numpy.float32(at)), normals, triangles
