@@ -125,8 +125,7 @@ static size_t aim_all(const struct bd_cosine_rays *r, uint32_t group, uint32_t l
     struct bd_area_receiver seen;
     struct bd_interface glass;
     const bool enters = shows_glass(r, group, lane, &seen, &glass);
-    const struct receiver rear = rear_of(at);
-    const struct receiver *other = shows_veil(r, at->triangle) ? &rear : at;
+    const struct receiver other = shows_veil(r, at->triangle) ? rear_of(at) : *at;
     for (uint32_t i = 0; i < r->of_receiver; i++) {
         r->lanes[next] = (uint8_t)(lane * HALVES + i % HALVES);
         r->numbers[next] = at->place * r->stride * HALVES + i;
@@ -134,7 +133,7 @@ static size_t aim_all(const struct bd_cosine_rays *r, uint32_t group, uint32_t l
         next += enters && i % 2 == 1
                     ? bd_onward_enter(r->glass, &glass, seen.viewer, r->seed, r->numbers[next],
                                       &r->rays[next], &r->ways[next])
-                    : aim(r, i % 2 == 1 ? other : at, i, &r->rays[next]);
+                    : aim(r, i % 2 == 1 ? &other : at, i, &r->rays[next]);
     }
     return next - first;
 }
