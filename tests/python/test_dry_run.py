@@ -35,9 +35,9 @@ def test_the_renderer_does_what_the_dry_run_said(daemon, technique, parameters):
 
 
 # Half of a surface is glass, and is seen through. What is unlit is none: stages come and go, which the memo still has.
-@pytest.mark.parametrize("technique", ["direct", "hisr"])
-def test_of_glass_too(daemon, technique):
-    compare(daemon, technique, {"light_rays": 8}, begin=material(transmission=.5, roughness=.2),
+@pytest.mark.parametrize("technique, parameters", [("direct", {}), ("hisr", {"vpls": 64})])
+def test_of_glass_too(daemon, technique, parameters):
+    compare(daemon, technique, {"light_rays": 8, **parameters}, begin=material(transmission=.5, roughness=.2),
             edits={name: change for name, change in EDITS.items() if name not in ("unlit", "lit again")})
 
 

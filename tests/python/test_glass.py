@@ -73,7 +73,7 @@ NESTED = {
 }
 
 
-@pytest.mark.parametrize("technique, parameters", [("many_light", {"far_rays": 256}), ("direct", {"light_rays": 256}), ("reference", {"spp": 512})],
+@pytest.mark.parametrize("technique, parameters", [("many_light", {"far_rays": 128}), ("direct", {"light_rays": 128}), ("reference", {"spp": 256})],
                          ids=["many_light", "direct", "reference"])
 @pytest.mark.parametrize("nested", NESTED)
 def test_solids_lie_within_each_other(client, tmp_path, nested, technique, parameters):
