@@ -81,12 +81,11 @@ enum bd_err batch_check(const Bounced__EditBatch *batch, const struct batch_inpu
     int32_t *added = calloc(batch->n_ops, sizeof *added);
     BD_ASSERT(ops && added);
     err = decode(batch, ops, detail);
-    const bool is_decoded = !err;
     if (!err) err = read_heavy(batch, inputs, base, ops, detail);
     if (!err)
         err = bd_edit_check(base, ops, (uint32_t)batch->n_ops, &bd_edit_default_limits, out, added,
                             detail);
-    for (size_t i = 0; is_decoded && i < batch->n_ops; i++) bd_edit_heavy_release(&ops[i]);
+    for (size_t i = 0; i < batch->n_ops; i++) bd_edit_heavy_release(&ops[i]); // decoded or not
     free(ops);
     if (ids) *ids = added;
     if (!ids) free(added);
