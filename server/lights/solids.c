@@ -75,7 +75,7 @@ struct bd_solid_edge bd_solid_edge_at(const struct bd_surface_hits *hits,
     edge.is_none = beyond.material == own.material || is_before(&beyond, &own);
     edge.inside = edge.is_none ? beyond.extinction : own.extinction;
     edge.outside = beyond.extinction;
-    edge.ior = own.ior / beyond.ior;
+    edge.ior = beyond.ior > 0 ? own.ior / beyond.ior : own.ior;
     return edge;
 }
 

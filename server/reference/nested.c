@@ -67,7 +67,7 @@ struct bd_nested_edge bd_nested_edge_at(const struct bd_reference *reference,
     if (!beyond) return edge;
     edge.is_none = beyond->material == own->material || is_smaller(beyond, own);
     if (edge.is_none) edge.inside = edge.outside;
-    edge.ior = own->material->ior / beyond->material->ior;
+    if (beyond->material->ior > 0) edge.ior /= beyond->material->ior;
     return edge;
 }
 

@@ -119,6 +119,8 @@ static void a_models_limit_is_preset_and_can_be_moved(void **state)
     assert_int_equal(params.lights, BD_LIGHTS_ALL);
     assert_int_equal(params.indirect_lights, BD_LIGHTS_ALL);
     assert_true(params.senders_lambert && !params.indirect_visibility);
+    assert_true(params.transmission && params.alpha_coverage);
+    params = good("model_of=rsm_splat");
     assert_true(!params.transmission && !params.alpha_coverage);
     assert_int_equal(good("model_of=direct").bounces, 0);
     // In either order: what stands beside it is what differs.
