@@ -216,8 +216,7 @@ bool bd_interface_go_on(const struct bd_interface *at, f3 direction, enum bd_onw
     return true;
 }
 
-// --- within
-// ---------------------------------------------------------------------------------------
+// --- within --------------------------------------------------------------------------------------
 
 static float passed_of(float extinction, float distance)
 {
