@@ -18,7 +18,6 @@ enum bd_err bd_glass_light(const struct bd_pass_context *context,
         .first = inputs->first_light,
         .rays = rays,
         .seed = inputs->seed_of_sub_frame,
-        .sends = inputs->params->lambert ? BD_SENDS_LAMBERT : BD_SENDS_ALL,
         .glass = BD_GLASS_PASSES,
         .seen = {list && list->count > 0 ? list : NULL, VPL_RAYS, &of_vpls},
     };
