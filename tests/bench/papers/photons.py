@@ -22,7 +22,7 @@ PIXELS = {"finest": 1, "depth_threshold": 0, "normal_threshold": 0}
 
 MAPS = (1, 2, 4, 8, 16)
 MAPPED = {s.name: s for s in (scenes.BOX, scenes.CORNELL, scenes.SPONZA)}
-MAPPED_SIZE, BOUNCES = 64, 64
+MAPPED_SIZE = 64
 
 
 def groups():
