@@ -136,12 +136,6 @@ static enum bd_err look_from_all(const struct bd_pass_context *context,
     return err;
 }
 
-static bool is_solid(const struct bd_scene *scene, const struct bd_primitive *primitive)
-{
-    const struct bd_material *material = &scene->materials[primitive->material];
-    return material->transmission > 0 && material->thickness_m > 0 && !material->unlit;
-}
-
 static f3 middle_of(const struct bd_surface_hits *hits, const struct bd_instance *instance,
                     const struct bd_primitive *primitive)
 {
@@ -164,7 +158,7 @@ static enum bd_err look_from_solids(const struct bd_pass_context *context,
         const struct bd_triangle_run *run = &order->runs[r];
         const struct bd_primitive *primitive =
             &maps->scene->meshes[run->mesh]->primitives[run->primitive];
-        if (!is_solid(maps->scene, primitive)) continue;
+        if (!bd_material_is_solid(&maps->scene->materials[primitive->material])) continue;
         for (uint32_t i = 0; !err && i < run->instance_count; i++) {
             const uint32_t place = order->instances[run->first_instance + i];
             if (maps->count == BD_ENV_MAPS_MAX) return BD_ERR_OK;

@@ -46,12 +46,6 @@ static const struct bd_medium *medium_of(const struct bd_reference *reference,
     return medium->absorbs ? medium : NULL;
 }
 
-bool bd_nested_is_bound(const struct bd_intersection *at)
-{
-    const struct bd_material *material = at->part->material;
-    return material->transmission > 0 && material->thickness_m > 0 && !material->unlit;
-}
-
 struct bd_nested_edge bd_nested_edge_at(const struct bd_reference *reference,
                                         const struct bd_nested *stack,
                                         const struct bd_intersection *at, bool entering)

@@ -25,9 +25,7 @@ struct bd_nested_edge {
     const struct bd_medium *inside, *outside; // NULL: takes nothing
 };
 
-// Whether the surface that was met bounds a solid.
-bool bd_nested_is_bound(const struct bd_intersection *at);
-// That of its edge as a way that is within `stack` meets it.
+// The edge of a solid (bd_material_is_solid) as a way that is within `stack` meets it.
 struct bd_nested_edge bd_nested_edge_at(const struct bd_reference *reference,
                                         const struct bd_nested *stack,
                                         const struct bd_intersection *at, bool entering);

@@ -211,7 +211,7 @@ bool bd_path_meet(const struct bd_path *path, const struct bd_vertex *from, stru
                           !path->integrand->lambert_senders;
     for (float gone = 0;; gone = at->distance) {
         if (!bd_path_intersect(path, ray, at)) return false;
-        if (!refracts || !bd_nested_is_bound(at)) {
+        if (!refracts || !bd_material_is_solid(at->part->material)) {
             absorb(medium_before(path, from, ray, solids, at), at->distance - gone, value);
             return true;
         }

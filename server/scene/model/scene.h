@@ -153,6 +153,12 @@ static inline bool bd_material_is_pane(const struct bd_material *material)
            !material->unlit;
 }
 
+// Glass that bounds a solid, within which light goes on as it turned there.
+static inline bool bd_material_is_solid(const struct bd_material *material)
+{
+    return material->transmission > 0 && material->thickness_m > 0 && !material->unlit;
+}
+
 // Whether light goes on at it, as at glass or a mirror.
 static inline bool bd_material_goes_on(const struct bd_material *material)
 {
