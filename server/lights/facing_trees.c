@@ -96,6 +96,25 @@ uint64_t bd_facing_trees_bytes(const struct bd_facing_trees *trees)
 
 // --- a place ------------------------------------------------------------------------------------
 
+// A little to the safe side, for rounding.
+#define ROUNDING 1e-5f
+
+// By the cosine of both angles together.
+bool bd_facing_has_alike(const struct bd_facing *facing, f3 normal, float cosine)
+{
+    const float sine = f_sqrt(f_max(1 - cosine * cosine, 0));
+    return f3_dot(facing->axis, normal) >= cosine * facing->cosine - sine * facing->sine - ROUNDING;
+}
+
+// By that of the axis and the farthest of its points; of more than a half turn nothing is said.
+bool bd_facing_is_alike(const struct bd_facing *facing, f3 normal, float cosine)
+{
+    const float axis = f3_dot(facing->axis, normal);
+    const float sine = f_sqrt(f_max(1 - axis * axis, 0));
+    return facing->cosine > 0 && axis > 0 &&
+           axis * facing->cosine - sine * facing->sine >= cosine + ROUNDING;
+}
+
 struct passing_on {
     const struct bd_facing *facing;
     void (*look)(void *user, const struct bd_point_node *node, uint32_t number);
@@ -112,13 +131,9 @@ void bd_facing_trees_each(
     const struct bd_facing_trees *trees, f3 position, f3 normal, float cosine, const float *within2,
     void (*look)(void *user, const struct bd_point_node *node, uint32_t number), void *user)
 {
-    const float sine = f_sqrt(f_max(1 - cosine * cosine, 0));
     for (uint32_t f = 0; f < BD_FACINGS; f++) {
         const struct bd_facing *facing = &trees->facings[f];
-        if (facing->tree.count == 0) continue;
-        // The cosine of both angles together; a little less, for rounding.
-        const float widest = cosine * facing->cosine - sine * facing->sine - 1e-5f;
-        if (f3_dot(facing->axis, normal) < widest) continue;
+        if (facing->tree.count == 0 || !bd_facing_has_alike(facing, normal, cosine)) continue;
         struct passing_on passing = {facing, look, user};
         bd_point_tree_each(&facing->tree, position, within2, pass_on, &passing);
     }

@@ -2,7 +2,7 @@
 // (lights/point_tree.h), so that who looks for such passes by all others at once. Beside a floor
 // full of photons a wall has none, and would look at all of the floor's for it.
 //
-// A function of the points and their order. Cost: that of one tree; a look at 96 directions first.
+// A function of the points and their order. Cost: that of one tree.
 //
 // Private to lights/. Thread: built by one, then read by all.
 
@@ -34,6 +34,10 @@ enum bd_err bd_facing_trees_init(struct bd_facing_trees *trees,
                                  struct bd_err_detail *detail);
 void bd_facing_trees_finish(struct bd_facing_trees *trees);
 uint64_t bd_facing_trees_bytes(const struct bd_facing_trees *trees);
+
+// Whether some of its points may face within that cosine of the normal; whether all do.
+bool bd_facing_has_alike(const struct bd_facing *facing, f3 normal, float cosine);
+bool bd_facing_is_alike(const struct bd_facing *facing, f3 normal, float cosine);
 
 // Shows who asks all that may be nearer to the place than the root of `*within2`, which may shrink
 // meanwhile, and may face within that cosine of the normal; some that do not, too. `number`: of the
