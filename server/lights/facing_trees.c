@@ -114,27 +114,3 @@ bool bd_facing_is_alike(const struct bd_facing *facing, f3 normal, float cosine)
     return facing->cosine > 0 && axis > 0 &&
            axis * facing->cosine - sine * facing->sine >= cosine + ROUNDING;
 }
-
-struct passing_on {
-    const struct bd_facing *facing;
-    void (*look)(void *user, const struct bd_point_node *node, uint32_t number);
-    void *user;
-};
-
-static void pass_on(void *user, const struct bd_point_node *node)
-{
-    const struct passing_on *p = user;
-    p->look(p->user, node, p->facing->numbers[node->point]);
-}
-
-void bd_facing_trees_each(
-    const struct bd_facing_trees *trees, f3 position, f3 normal, float cosine, const float *within2,
-    void (*look)(void *user, const struct bd_point_node *node, uint32_t number), void *user)
-{
-    for (uint32_t f = 0; f < BD_FACINGS; f++) {
-        const struct bd_facing *facing = &trees->facings[f];
-        if (facing->tree.count == 0 || !bd_facing_has_alike(facing, normal, cosine)) continue;
-        struct passing_on passing = {facing, look, user};
-        bd_point_tree_each(&facing->tree, position, within2, pass_on, &passing);
-    }
-}

@@ -39,11 +39,4 @@ uint64_t bd_facing_trees_bytes(const struct bd_facing_trees *trees);
 bool bd_facing_has_alike(const struct bd_facing *facing, f3 normal, float cosine);
 bool bd_facing_is_alike(const struct bd_facing *facing, f3 normal, float cosine);
 
-// Shows who asks all that may be nearer to the place than the root of `*within2`, which may shrink
-// meanwhile, and may face within that cosine of the normal; some that do not, too. `number`: of the
-// point.
-void bd_facing_trees_each(
-    const struct bd_facing_trees *trees, f3 position, f3 normal, float cosine, const float *within2,
-    void (*look)(void *user, const struct bd_point_node *node, uint32_t number), void *user);
-
 #endif

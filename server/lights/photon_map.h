@@ -9,8 +9,8 @@
 // all surfaces say is there: else edges are half as bright, and corners a quarter.
 //
 // A k-d tree (lights/point_tree.h). A function of the photons and their order. Cost: 150 ns a
-// photon to build; a place among photons 2 to 5 us, and 10 ns for each that its disk holds beyond
-// those; less where there are none.
+// photon to build; a place among photons 2 to 5 us, and little more for many on its disk; less
+// where there are none.
 //
 // Jensen 1996; Epanechnikov 1969; Silverman 1986 (a pilot's density); algorithms.md A5.6 P4.
 //
@@ -19,10 +19,12 @@
 #ifndef BD_LIGHTS_PHOTON_MAP_H
 #define BD_LIGHTS_PHOTON_MAP_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "base/err.h"
 #include "kernel/math.h"
+#include "lights/disk_sums.h"
 #include "lights/surface_points.h"
 
 #define BD_PHOTONS_MAX        (UINT32_C(1) << 20) // that are sent
@@ -32,6 +34,8 @@
 struct bd_photon {
     f3 position, normal; // render space; unit, of the side that it came to
     f3 flux;             // the frame's unit times render units squared
+    f3 way;              // unit, to where it came from
+    bool is_met;         // rays from a receiver meet its lamp, too
 };
 
 struct bd_photon_map;
@@ -40,11 +44,8 @@ struct bd_photon_map_how {
     float reach;   // of a place, render units; photons farther off tell nothing of it
     uint32_t near; // that its disk holds, about; fewer than BD_PHOTONS_NEAR are those
     float radius;  // of all disks, render units, instead; 0: as above
-    // Of all surfaces: many points, and fewer for large disks, each set even by itself. NULL: every
-    // disk is whole.
-    const struct bd_surface_points *surfaces;
+    const struct bd_surface_points *surfaces; // all of them. NULL: every disk is whole
 };
-#define BD_EDGE_LEVELS 2u
 
 // Copies them. BD_ERR_NO_MEMORY, or what `pause` returns.
 BD_MUST_CHECK
@@ -64,21 +65,22 @@ struct bd_photon_disk {
 struct bd_photon_disk bd_photon_disk_of(const struct bd_photon_map *map, f3 position, f3 normal,
                                         float least);
 
-// What stands on the disk, seen from its middle in directions round it, the first along the x of
-// bd_basis_of its normal: what lies behind such a plane, between it and its neighbours, does not
-// count, or light would come through walls.
-#define BD_DISK_CUTS 12u
-struct bd_disk_cut {
-    f3 point, normal; // of what is met, to the middle's side; 0: nothing is
-};
-
 // Irradiance at a disk's middle, in the frame's unit. `cuts`: BD_DISK_CUTS, or NULL: nothing
-// stands there.
+// stands there. `vector`, or NULL: the irradiance vector, of all channels together, whose dot
+// product with the disk's normal is the sum of the irradiance's.
 f3 bd_photon_map_tell(const struct bd_photon_map *map, const struct bd_photon_disk *disk,
-                      const struct bd_disk_cut *cuts);
+                      const struct bd_disk_cut *cuts, f3 *vector);
+
+// One of those on a disk: what it adds to the irradiance, and whence.
+struct bd_photon_told {
+    f3 irradiance, way;
+    bool is_met;
+};
+// For lobes, which sums tell nothing of.
+void bd_photon_map_each(const struct bd_photon_map *map, const struct bd_photon_disk *disk,
+                        const struct bd_disk_cut *cuts,
+                        void (*look)(void *user, const struct bd_photon_told *told), void *user);
+
 // The same of a place where nobody has looked what stands there.
 f3 bd_photon_map_look(const struct bd_photon_map *map, f3 position, f3 normal, float least);
-// The same of so many photons about, where the map has more in a disk: sooner, with more noise.
-f3 bd_photon_map_glance(const struct bd_photon_map *map, f3 position, f3 normal, uint32_t near);
-
 #endif

@@ -123,7 +123,7 @@ void bd_point_tree_finish(struct bd_point_tree *tree)
 struct search {
     f3 position, normal;
     float within2; // nobody farther off is looked for
-    uint32_t most;
+    uint32_t most, visits;
     struct bd_point_neighbours *found; // the nearest first; their distances squared as shares
 };
 
@@ -140,9 +140,8 @@ static void keep(struct search *s, uint32_t point, float distance2)
     if (found->count == s->most) s->within2 = found->share[s->most - 1];
 }
 
-static void consider(void *user, const struct bd_point_node *node)
+static void consider(struct search *s, const struct bd_point_node *node)
 {
-    struct search *s = user;
     const f3 away = f3_sub(node->position, s->position);
     const float off = f3_dot(away, s->normal);
     const float distance2 = f3_dot(away, away) + (OFF_PLANE * OFF_PLANE - 1) * off * off;
@@ -151,46 +150,31 @@ static void consider(void *user, const struct bd_point_node *node)
     keep(s, node->point, distance2);
 }
 
-struct visit {
-    f3 position;
-    const float *within2;
-    void (*look)(void *user, const struct bd_point_node *node);
-    void *user;
-    uint32_t visits, visits_max;
-};
-
 // The side that the place lies on first.
-static void visit(struct visit *v, const struct bd_point_node *nodes, uint32_t count)
+static void visit(struct search *s, const struct bd_point_node *nodes, uint32_t count)
 {
-    if (v->visits >= v->visits_max) return;
+    if (s->visits >= VISITS_MAX) return;
     if (count <= LEAF_POINTS) {
-        for (uint32_t i = 0; i < count; i++) v->look(v->user, &nodes[i]);
-        v->visits += count;
+        for (uint32_t i = 0; i < count; i++) consider(s, &nodes[i]);
+        s->visits += count;
         return;
     }
     const uint32_t middle = count / 2;
     const struct bd_point_node *node = &nodes[middle];
-    const float off = along(v->position, node->axis) - along(node->position, node->axis);
+    const float off = along(s->position, node->axis) - along(node->position, node->axis);
     const struct bd_point_node *behind = node + 1;
     const uint32_t behind_count = count - middle - 1;
-    v->visits++;
+    s->visits++;
     if (off < 0)
-        visit(v, nodes, middle);
+        visit(s, nodes, middle);
     else
-        visit(v, behind, behind_count);
-    v->look(v->user, node);
-    if (off * off >= *v->within2) return;
+        visit(s, behind, behind_count);
+    consider(s, node);
+    if (off * off >= s->within2) return;
     if (off < 0)
-        visit(v, behind, behind_count);
+        visit(s, behind, behind_count);
     else
-        visit(v, nodes, middle);
-}
-
-void bd_point_tree_each(const struct bd_point_tree *tree, f3 position, const float *within2,
-                        void (*look)(void *user, const struct bd_point_node *node), void *user)
-{
-    struct visit v = {position, within2, look, user, 0, UINT32_MAX};
-    visit(&v, tree->nodes, tree->count);
+        visit(s, nodes, middle);
 }
 
 void bd_point_tree_find(const struct bd_point_tree *tree, f3 position, f3 normal, uint32_t most,
@@ -202,8 +186,7 @@ void bd_point_tree_find(const struct bd_point_tree *tree, f3 position, f3 normal
                        .most = most,
                        .found = out};
     out->count = 0;
-    struct visit v = {position, &s.within2, consider, &s, 0, VISITS_MAX};
-    visit(&v, tree->nodes, tree->count);
+    visit(&s, tree->nodes, tree->count);
     if (out->count == 0) return;
     // A parabola that ends a little behind the farthest (Epanechnikov 1969).
     const float end2 = 1.1f * out->share[out->count - 1] + 1e-30f;

@@ -45,9 +45,4 @@ void bd_point_tree_finish(struct bd_point_tree *tree);
 void bd_point_tree_find(const struct bd_point_tree *tree, f3 position, f3 normal, uint32_t most,
                         struct bd_point_neighbours *out);
 
-// Shows who asks all that may be nearer to the place than the root of `*within2`, near ones first;
-// that may grow smaller meanwhile.
-void bd_point_tree_each(const struct bd_point_tree *tree, f3 position, const float *within2,
-                        void (*look)(void *user, const struct bd_point_node *node), void *user);
-
 #endif

@@ -52,6 +52,7 @@ struct caustics {
     uint32_t *numbers;
     f3 *flux;
     float *inverse_range;
+    bool *is_met; // their lamps are
     struct bd_photon *landed;
     uint32_t landed_count;
     struct bd_err_detail *detail;
@@ -342,6 +343,7 @@ static void set_out(const struct caustics *c, uint32_t i)
     c->ways[i] = bd_way_begins;
     c->flux[i] = f3_scale(s.flux, (float)(step / own));
     c->inverse_range[i] = s.inverse_range;
+    c->is_met[i] = lamp >= in->punctual_count;
     c->numbers[i] = number;
 }
 
@@ -368,8 +370,11 @@ static void land(struct caustics *c, uint32_t i)
     if (!(strongest_channel(flux) > 0) ||
         !bd_surface_hit_at(&c->hits, hit->triangle, hit->u, hit->v, f3_of(d[0], d[1], d[2]), &at))
         return;
-    c->landed[c->landed_count++] =
-        (struct bd_photon){at.position, at.normal, f3_scale(flux, 1 / c->ways[i].rest)};
+    c->landed[c->landed_count++] = (struct bd_photon){.position = at.position,
+                                                      .normal = at.normal,
+                                                      .flux = f3_scale(flux, 1 / c->ways[i].rest),
+                                                      .way = f3_of(-d[0], -d[1], -d[2]),
+                                                      .is_met = c->is_met[i]};
 }
 
 static enum bd_err let_fly(struct caustics *c)
@@ -399,8 +404,10 @@ static enum bd_err make_room(struct caustics *c)
     c->numbers = malloc(AT_ONCE * sizeof *c->numbers);
     c->flux = malloc(AT_ONCE * sizeof *c->flux);
     c->inverse_range = malloc(AT_ONCE * sizeof *c->inverse_range);
+    c->is_met = malloc(AT_ONCE * sizeof *c->is_met);
     c->landed = malloc(((size_t)c->inputs->count + 1) * sizeof *c->landed);
-    if (c->rays && c->met && c->ways && c->numbers && c->flux && c->inverse_range && c->landed)
+    if (c->rays && c->met && c->ways && c->numbers && c->flux && c->inverse_range && c->is_met &&
+        c->landed)
         return BD_ERR_OK;
     return bd_err_set(c->detail, BD_ERR_NO_MEMORY, "photons", "no memory for %u photons",
                       c->inputs->count);
@@ -446,6 +453,7 @@ enum bd_err bd_caustic_photons_run(const struct bd_pass_context *context,
     free(c.numbers);
     free(c.flux);
     free(c.inverse_range);
+    free(c.is_met);
     free(c.landed);
     return err;
 }

@@ -39,8 +39,6 @@ static const struct asked of_glass = {"glass", OF_COSINE, 0, false, true};
 // Of the slicer, one for each evaluation of a VPL: what a ray takes to be aimed, and to be told of.
 #define UNITS_PER_RAY 60.0
 #define UNITS_PER_HIT 100.0
-// Photons that tell of a place: others of the pixel's rays tell of others.
-#define GLANCE 256u
 // Numbers that nobody else of a frame draws by its seed.
 #define PURPOSE 0x676c6f73u
 
@@ -308,7 +306,7 @@ static f3 light_of_place(const struct gloss *g, uint32_t i)
     if (in->caustics)
         more = f3_add(more, bd_photon_map_look(in->caustics, at->position, at->normal, 0));
     if (in->photons)
-        more = f3_add(more, bd_photon_map_glance(in->photons, at->position, at->normal, GLANCE));
+        more = f3_add(more, bd_photon_map_look(in->photons, at->position, at->normal, 0));
     if (in->cells || in->caustics || in->photons)
         light = f3_add(light, f3_mul(more, sent(g, i, BD_FROM_EVERYWHERE)));
     return light;

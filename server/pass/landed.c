@@ -5,21 +5,6 @@
 // Else for each photon, and at least: most surfaces may be dark, and photons dense on the others.
 #define POINTS_PER_PHOTON 4u
 #define POINTS_OF_WIDE    262144u
-// Of the next level, for so many.
-#define FEWER 16u
-
-static enum bd_err spread(const struct bd_pass_context *context, const struct bd_scene *snapshot,
-                          uint32_t count, bool by_coverage,
-                          struct bd_surface_points levels[BD_EDGE_LEVELS],
-                          struct bd_err_detail *detail)
-{
-    enum bd_err err = BD_ERR_OK;
-    bd_slicer_work(context->slicer, "surface points");
-    for (uint32_t l = 0; !err && l < BD_EDGE_LEVELS; l++, count /= FEWER)
-        err = bd_surface_points_init(&levels[l], snapshot, count, BD_SENDS_LAMBERT, by_coverage,
-                                     bd_slicer_pause, context->slicer, detail);
-    return err;
-}
 
 static uint32_t wide_of(uint32_t count)
 {
@@ -34,16 +19,17 @@ enum bd_err bd_landed_map(const struct bd_pass_context *context, const struct bd
                           struct bd_err_detail *detail)
 {
     const uint32_t wanted = how->near > BD_PHOTONS_NEAR ? wide_of(count) : POINTS_LEAST;
-    struct bd_surface_points levels[BD_EDGE_LEVELS] = {0};
+    struct bd_surface_points surfaces = {0};
     struct bd_photon_map_how whole = *how;
-    whole.surfaces = levels;
-    enum bd_err err =
-        spread(context, snapshot, wanted < BD_SURFACE_POINTS_MAX ? wanted : BD_SURFACE_POINTS_MAX,
-               by_coverage, levels, detail);
+    whole.surfaces = &surfaces;
+    bd_slicer_work(context->slicer, "surface points");
+    enum bd_err err = bd_surface_points_init(
+        &surfaces, snapshot, wanted < BD_SURFACE_POINTS_MAX ? wanted : BD_SURFACE_POINTS_MAX,
+        BD_SENDS_LAMBERT, by_coverage, bd_slicer_pause, context->slicer, detail);
     bd_slicer_work(context->slicer, "photon map");
     if (!err)
         err = bd_photon_map_create(photons, count, &whole, bd_slicer_pause, context->slicer, out,
                                    detail);
-    for (uint32_t l = 0; l < BD_EDGE_LEVELS; l++) bd_surface_points_finish(&levels[l]);
+    bd_surface_points_finish(&surfaces);
     return err;
 }

@@ -3,6 +3,9 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "kernel/all_channels.h"
+#include "kernel/brdf.h"
+#include "kernel/sent.h"
 #include "lights/directions.h"
 #include "lights/surface_hits.h"
 #include "pass/f3_arrays.h"
@@ -39,6 +42,8 @@ struct density {
     struct bd_disk_cut *cuts;
     struct bd_surface_hits hits;
     struct bd_ray_counts traced;
+    bool of_rough;    // lobes of rough dielectrics are told, too
+    bool lobes_alone; // irradiance is not
     struct bd_err_detail *detail;
 };
 
@@ -129,16 +134,99 @@ static enum bd_err look_round(struct density *c)
 
 // --- their light --------------------------------------------------------------------------------
 
+// An irradiance seen under another normal, as the upsampling does it: by the cosines of the
+// irradiance vector. Held, since what grazes the disk's normal says too much.
+#define BENT_MOST 4.0f
+
+static f3 bent(f3 irradiance, f3 vector, f3 normal)
+{
+    const float all = all_channels(irradiance);
+    if (!(all > 0)) return irradiance;
+    return f3_scale(irradiance, f_min(f_max(f3_dot(vector, normal) / all, 0), BENT_MOST));
+}
+
+static void tell_light(const struct density *c, uint32_t i, const struct bd_disk_cut *cuts)
+{
+    const uint32_t group = i / BD_LANES, lane = i % BD_LANES;
+    struct bd_receiver_light *light = &c->part->light[group];
+    const f3 normal = f3_at(&c->part->receivers[group].normal, lane);
+    f3 vector;
+    const f3 irradiance = bd_photon_map_tell(c->inputs->map, &c->disks[i], cuts, &vector);
+    f3_add_at(&light->irradiance, lane, bent(irradiance, vector, normal));
+    f3_add_at(&light->vector, lane, vector);
+}
+
+// A pixel whose lobe reflects.
+struct reflecting {
+    f3 normal_geometric, normal, viewer, base_color;
+    float metallic, roughness, f0_dielectric;
+    f3 returned; // of a unit of irradiance, without its lobe: what the picture has of it
+    f3 irradiance, glossy;
+};
+
+static struct reflecting reflecting_at(const struct density *c, uint32_t i)
+{
+    const uint32_t group = i / BD_LANES, lane = i % BD_LANES;
+    const struct bd_glossy_receivers *surfaces = &c->part->surfaces[group];
+    struct reflecting r = {
+        .normal_geometric = c->disks[i].normal,
+        .normal = f3_at(&c->part->receivers[group].normal, lane),
+        .viewer = f3_at(&surfaces->viewer, lane),
+        .base_color = f3_at(&surfaces->base_color, lane),
+        .metallic = surfaces->metallic[lane],
+        .roughness = surfaces->roughness[lane],
+        .f0_dielectric = surfaces->f0_dielectric[lane],
+    };
+    const float cosine = f_max(f3_dot(r.normal, r.viewer), 0);
+    const f3 limited = f3_min(r.base_color, diffuse_limit(cosine, r.roughness));
+    const f3 returned = surfaces->has_lobe[lane] > 0
+                            ? f3_scale(r.base_color, 1 - r.metallic)
+                            : sent_by_diffuse(limited, r.f0_dielectric, cosine);
+    r.returned = f3_scale(returned, 1 / F_PI);
+    r.roughness = patch_roughness(r.roughness);
+    return r;
+}
+
+static void reflect(void *user, const struct bd_photon_told *told)
+{
+    struct reflecting *r = user;
+    const float cosine = f3_dot(r->normal, told->way);
+    const float below = f_max(f3_dot(r->normal_geometric, told->way), 1e-6f);
+    const f3 irradiance = f3_scale(told->irradiance, f_min(f_max(cosine, 0) / below, BENT_MOST));
+    r->irradiance = f3_add(r->irradiance, irradiance);
+    // What rays from the lobe meet is no photon's.
+    if (told->is_met || !(cosine > 0)) return;
+    const f3 all = gltf_brdf(r->base_color, r->metallic, r->roughness, r->f0_dielectric, r->normal,
+                             told->way, r->viewer);
+    r->glossy = f3_add(r->glossy, f3_mul(irradiance, f3_sub(all, r->returned)));
+}
+
+static void tell_lobe(const struct density *c, uint32_t i, const struct bd_disk_cut *cuts)
+{
+    const uint32_t group = i / BD_LANES, lane = i % BD_LANES;
+    struct reflecting r = reflecting_at(c, i);
+    bd_photon_map_each(c->inputs->map, &c->disks[i], cuts, reflect, &r);
+    f3_put_at(&c->part->glossy[group], lane, r.glossy);
+    if (!c->lobes_alone) f3_add_at(&c->part->light[group].irradiance, lane, r.irradiance);
+}
+
+static bool has_lobe(const struct density *c, uint32_t i)
+{
+    const struct bd_glossy_receivers *surfaces = c->part->surfaces;
+    return surfaces && (c->of_rough || surfaces[i / BD_LANES].has_lobe[i % BD_LANES] > 0);
+}
+
 static void tell_group(void *user, uint32_t group)
 {
     const struct density *c = user;
-    for (uint32_t lane = 0; lane < BD_LANES; lane++) {
-        const uint32_t i = group * BD_LANES + lane;
+    for (uint32_t i = group * BD_LANES; i < (group + 1) * BD_LANES; i++) {
         if (!(c->disks[i].radius > 0)) continue;
         const struct bd_disk_cut *cuts =
             c->first_cut[i] == UINT32_MAX ? NULL : c->cuts + c->first_cut[i];
-        f3_add_at(&c->part->light[group].irradiance, lane,
-                  bd_photon_map_tell(c->inputs->map, &c->disks[i], cuts));
+        if (has_lobe(c, i))
+            tell_lobe(c, i, cuts);
+        else if (!c->lobes_alone)
+            tell_light(c, i, cuts);
     }
 }
 
@@ -172,40 +260,60 @@ static enum bd_err light_part(void *user, const struct bd_receiver_part *part)
                                    tell_group, c);
 }
 
-static enum bd_err run(const struct bd_pass_context *context,
-                       const struct bd_photon_density_inputs *inputs,
-                       struct bd_receivers_inputs *receivers, struct bd_ray_counts *traced,
-                       struct bd_err_detail *detail)
+static enum bd_err run(struct density *c, struct bd_receivers_inputs *receivers,
+                       struct bd_ray_counts *traced)
 {
-    const struct bd_processor processor = {inputs->pool, NULL};
-    struct density c = {.context = *context,
-                        .inputs = inputs,
-                        .viewpoint = receivers->askers.viewpoint,
-                        .space = receivers->askers.space,
-                        .detail = detail};
-    c.eye = bd_render_from_world(c.space, c.viewpoint->position_m);
-    c.context.processor = &processor;
-    bd_surface_hits_init(&c.hits, inputs->snapshot);
-    receivers->pass = inputs->pass;
+    const struct bd_processor processor = {c->inputs->pool, NULL};
+    c->viewpoint = receivers->askers.viewpoint;
+    c->space = receivers->askers.space;
+    c->eye = bd_render_from_world(c->space, c->viewpoint->position_m);
+    c->context.processor = &processor;
+    bd_surface_hits_init(&c->hits, c->inputs->snapshot);
+    receivers->pass = c->inputs->pass;
     receivers->starts = true;
     receivers->receivers_max = AT_ONCE;
     receivers->light = light_part;
-    receivers->user = &c;
-    const enum bd_err err = bd_receivers_run(&c.context, receivers, detail);
-    bd_ray_counts_add(traced, c.traced);
-    bd_surface_hits_finish(&c.hits);
-    free(c.disks);
-    free(c.first_cut);
-    free(c.rays);
-    free(c.met);
-    free(c.cuts);
+    receivers->user = c;
+    const enum bd_err err = bd_receivers_run(&c->context, receivers, c->detail);
+    bd_ray_counts_add(traced, c->traced);
+    bd_surface_hits_finish(&c->hits);
+    free(c->disks);
+    free(c->first_cut);
+    free(c->rays);
+    free(c->met);
+    free(c->cuts);
     return err;
+}
+
+// Where there are no other lobes those of rough dielectrics stand by themselves.
+static struct bd_tex *lobes_of(const struct bd_indirect *indirect)
+{
+    return indirect->glossy ? indirect->glossy : indirect->rough;
 }
 
 static void bind_pixels(const void *user, struct bd_bindings *bindings)
 {
     const struct bd_indirect *out = user;
     bd_bind_image(bindings, 0, out->irradiance, true, true);
+    if (lobes_of(out)) bd_bind_image(bindings, 1, lobes_of(out), true, true);
+}
+
+static enum bd_err run_at_pixels(const struct bd_pass_context *context,
+                                 const struct bd_photon_density_inputs *inputs,
+                                 const struct bd_gather_inputs *gather, bool lobes_alone,
+                                 struct bd_indirect *indirect, struct bd_err_detail *detail)
+{
+    struct density c = {.context = *context,
+                        .inputs = inputs,
+                        .of_rough = indirect->rough != NULL,
+                        .lobes_alone = lobes_alone,
+                        .detail = detail};
+    struct bd_receivers_inputs receivers = {.askers = bd_gather_askers(gather),
+                                            .glossy = lobes_of(indirect) != NULL,
+                                            .adds = true,
+                                            .bind = bind_pixels,
+                                            .out = indirect};
+    return run(&c, &receivers, &indirect->rays);
 }
 
 enum bd_err bd_photon_density_run(const struct bd_pass_context *context,
@@ -213,9 +321,15 @@ enum bd_err bd_photon_density_run(const struct bd_pass_context *context,
                                   const struct bd_gather_inputs *gather,
                                   struct bd_indirect *indirect, struct bd_err_detail *detail)
 {
-    struct bd_receivers_inputs receivers = {
-        .askers = bd_gather_askers(gather), .adds = true, .bind = bind_pixels, .out = indirect};
-    return run(context, inputs, &receivers, &indirect->rays, detail);
+    return run_at_pixels(context, inputs, gather, false, indirect, detail);
+}
+
+enum bd_err bd_photon_density_run_lobes(const struct bd_pass_context *context,
+                                        const struct bd_photon_density_inputs *inputs,
+                                        const struct bd_gather_inputs *gather,
+                                        struct bd_indirect *indirect, struct bd_err_detail *detail)
+{
+    return run_at_pixels(context, inputs, gather, true, indirect, detail);
 }
 
 static void bind_fragments(const void *user, struct bd_bindings *bindings)
@@ -223,6 +337,8 @@ static void bind_fragments(const void *user, struct bd_bindings *bindings)
     const struct bd_multires_light *out = user;
     bd_bind_image(bindings, 0, out->fine, true, true);
     if (out->coarse) bd_bind_image(bindings, 1, out->coarse, true, true);
+    if (out->fine_vector) bd_bind_image(bindings, 2, out->fine_vector, true, true);
+    if (out->coarse_vector) bd_bind_image(bindings, 3, out->coarse_vector, true, true);
 }
 
 enum bd_err bd_photon_density_add(const struct bd_pass_context *context,
@@ -230,9 +346,10 @@ enum bd_err bd_photon_density_add(const struct bd_pass_context *context,
                                   const struct bd_gather_fragments_inputs *gather,
                                   struct bd_multires_light *light, struct bd_err_detail *detail)
 {
+    struct density c = {.context = *context, .inputs = inputs, .detail = detail};
     struct bd_receivers_inputs receivers = {
         .askers = bd_fragment_askers(gather), .adds = true, .bind = bind_fragments, .out = light};
-    return run(context, inputs, &receivers, &light->rays, detail);
+    return run(&c, &receivers, &light->rays);
 }
 
 enum bd_err bd_photon_density_of_fragments(const struct bd_pass_context *context,
@@ -245,11 +362,12 @@ enum bd_err bd_photon_density_of_fragments(const struct bd_pass_context *context
     enum bd_err err = BD_ERR_OK;
     if (!gather->into)
         err = bd_multires_light_create(context->gpu, &gather->fragments->layout,
-                                       BD_LIGHT_VECTORS_NONE, out, detail);
+                                       bd_fragment_vectors(gather), out, detail);
     if (err) return err;
+    struct density c = {.context = *context, .inputs = inputs, .detail = detail};
     struct bd_receivers_inputs receivers = {
         .askers = bd_fragment_askers(gather), .bind = bd_multires_light_bind, .out = *out};
-    err = run(context, inputs, &receivers, &(*out)->rays, detail);
+    err = run(&c, &receivers, &(*out)->rays);
     if (err && !gather->into) bd_multires_light_destroy(context->gpu, out);
     return err;
 }

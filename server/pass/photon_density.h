@@ -1,6 +1,6 @@
-// Irradiance of receivers by the density of photons about them (lights/photon_map.h): on the
-// processor, whatever the device, but for rays. Caustics are added behind the filters of noise:
-// where they are bright is no noise.
+// Irradiance of receivers, and what lobes reflect of it, by the density of photons about them
+// (lights/photon_map.h): on the processor, whatever the device, but for rays. Caustics are added
+// behind the filters of noise: where they are bright is no noise.
 //
 // Private to pass/ but for the techniques. Thread: render thread, and the pool's.
 
@@ -20,14 +20,22 @@ struct bd_photon_density_inputs {
     const char *pass; // in the report
 };
 
-// Of pixels. Adds to `irradiance` of `indirect`.
+// Of pixels. Adds to `irradiance` of `indirect`, and to `glossy` and `rough`, where there are such,
+// what lobes reflect of photons whose lamps no ray of theirs meets.
 BD_MUST_CHECK
 enum bd_err bd_photon_density_run(const struct bd_pass_context *context,
                                   const struct bd_photon_density_inputs *inputs,
                                   const struct bd_gather_inputs *gather,
                                   struct bd_indirect *indirect, struct bd_err_detail *detail);
 
-// Of fragments, that have light: adds to it. Not to vectors.
+// The lobes' part alone, where irradiance is told of fragments.
+BD_MUST_CHECK
+enum bd_err bd_photon_density_run_lobes(const struct bd_pass_context *context,
+                                        const struct bd_photon_density_inputs *inputs,
+                                        const struct bd_gather_inputs *gather,
+                                        struct bd_indirect *indirect, struct bd_err_detail *detail);
+
+// Of fragments, that have light: adds to it, and to vectors where `gather` has such.
 BD_MUST_CHECK
 enum bd_err bd_photon_density_add(const struct bd_pass_context *context,
                                   const struct bd_photon_density_inputs *inputs,

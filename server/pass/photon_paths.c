@@ -169,7 +169,10 @@ static void land(const struct paths *p, uint32_t i)
         !bd_surface_hit_at(&p->hits, hit->triangle, hit->u, hit->v, f3_of(d[0], d[1], d[2]), &at))
         return;
     p->lands[i] = is_kept(p, i);
-    p->landing[i] = (struct bd_photon){at.position, at.normal, fallen(p, i)};
+    p->landing[i] = (struct bd_photon){.position = at.position,
+                                       .normal = at.normal,
+                                       .flux = fallen(p, i),
+                                       .way = f3_of(-d[0], -d[1], -d[2])};
     if (p->round < p->inputs->reflections) reflect(p, i, &at);
 }
 

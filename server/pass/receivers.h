@@ -33,7 +33,7 @@ struct bd_receivers_inputs {
     const char *pass;       // in the report; NULL: whoever calls has begun it
     bool spread;            // is summed too; wants `askers.vector`
     bool noise;             // of their light is kept too
-    bool adds;              // to what the images hold; not vectors
+    bool adds;              // to what the images hold
     bool glossy;            // pixels have surfaces, and what their lobes reflect is kept too
     bool starts;            // where rays start is asked for,
     uint64_t seed;          // by which they choose

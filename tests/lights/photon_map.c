@@ -33,6 +33,13 @@ static struct bd_photon_map *map_of(const struct bd_photon *photons, uint32_t co
     return map_made(photons, count, (struct bd_photon_map_how){.reach = REACH});
 }
 
+// On the plane z = 0, from straight above.
+static struct bd_photon photon_at(float x, float y, f3 flux)
+{
+    return (struct bd_photon){
+        .position = f3_of(x, y, 0), .normal = f3_of(0, 0, 1), .flux = flux, .way = f3_of(0, 0, 1)};
+}
+
 // By chance over the square of side 1 in the plane z = 0, of 3 units of flux.
 static struct bd_photon *even_photons(void)
 {
@@ -41,7 +48,7 @@ static struct bd_photon *even_photons(void)
     for (uint32_t i = 0; i < COUNT; i++) {
         const float x = (float)(bd_stirred(2 * i) >> 8) * 0x1p-24f;
         const float y = (float)(bd_stirred(2 * i + 1) >> 8) * 0x1p-24f;
-        photons[i] = (struct bd_photon){{x, y, 0}, {0, 0, 1}, {3.0f / COUNT, 6.0f / COUNT, 0}};
+        photons[i] = photon_at(x, y, f3_of(3.0f / COUNT, 6.0f / COUNT, 0));
     }
     return photons;
 }
@@ -80,7 +87,7 @@ static void a_focus_keeps_its_flux(void **state)
     (void)state;
     struct bd_photon photons[100];
     for (uint32_t i = 0; i < 100; i++)
-        photons[i] = (struct bd_photon){{0.5f, 0.5f, 0}, {0, 0, 1}, {0.01f, 0.01f, 0.01f}};
+        photons[i] = photon_at(0.5f, 0.5f, f3_of(0.01f, 0.01f, 0.01f));
     struct bd_photon_map *map = map_of(photons, 100);
     const uint32_t side = 200;
     double flux = 0;
@@ -99,7 +106,7 @@ static void a_focus_keeps_its_flux(void **state)
 static void few_tell_what_they_have(void **state)
 {
     (void)state;
-    const struct bd_photon one = {{0, 0, 0}, {0, 0, 1}, {1, 0, 0}};
+    const struct bd_photon one = photon_at(0, 0, f3_of(1, 0, 0));
     struct bd_photon_map *map = map_of(&one, 1), *none = map_of(NULL, 0);
     const f3 origin = f3_of(0, 0, 0), up = f3_of(0, 0, 1);
     assert_float_equal(bd_photon_map_look(map, origin, up, 0).x, 2 / (M_PI * REACH * REACH), 1e-3);
@@ -129,21 +136,19 @@ static void more_photons_are_less_noise_and_edges_are_whole(void **state)
 {
     (void)state;
     struct bd_photon *photons = even_photons();
-    struct bd_surface_points square[BD_EDGE_LEVELS] = {
-        {.count = COUNT, .area = 1.0f / COUNT, .points = calloc(COUNT, sizeof *square->points)},
-        {.count = COUNT / 16, .area = 16.0f / COUNT}};
-    assert_non_null(square[0].points);
-    square[1].points = square[0].points;
+    struct bd_surface_points square = {
+        .count = COUNT, .area = 1.0f / COUNT, .points = calloc(COUNT, sizeof *square.points)};
+    assert_non_null(square.points);
     const struct bd_sequence sequence = bd_sequence_of(7, 7);
     for (uint32_t i = 0; i < COUNT; i++) {
         float at[2];
         bd_sequence_pair(&sequence, i, at);
-        square[0].points[i] =
+        square.points[i] =
             (struct bd_surface_point){.position = f3_of(at[0], at[1], 0), .normal = f3_of(0, 0, 1)};
     }
     struct bd_photon_map_how how = {.reach = 0.4f, .near = 256};
     struct bd_photon_map *cut = map_made(photons, COUNT, how);
-    how.surfaces = square;
+    how.surfaces = &square;
     struct bd_photon_map *whole = map_made(photons, COUNT, how);
     double noise, noise_whole, unused;
     const f3 middle = f3_of(0.15f, 0.5f, 0), edge = f3_of(0.15f, 0, 0), along = f3_of(0.7f, 0, 0);
@@ -158,7 +163,7 @@ static void more_photons_are_less_noise_and_edges_are_whole(void **state)
     assert_float_equal(looked_at(whole, corner, nowhere, &unused), 3, 0.5);
     bd_photon_map_destroy(&cut);
     bd_photon_map_destroy(&whole);
-    free(square[0].points);
+    free(square.points);
     free(photons);
 }
 
@@ -179,14 +184,14 @@ static void walls_cut_disks(void **state)
         if (f3_add(f3_scale(basis.x, cosf(turn)), f3_scale(basis.y, sinf(turn))).x > 0.01f)
             cuts[k] = (struct bd_disk_cut){f3_of(0.5f, 0.5f, 0), f3_of(-1, 0, 0)};
     }
-    assert_float_equal(bd_photon_map_tell(map, &disk, none).x, 3, 0.6);
-    assert_float_equal(bd_photon_map_tell(map, &disk, cuts).x, 1.5, 0.4);
+    assert_float_equal(bd_photon_map_tell(map, &disk, none, NULL).x, 3, 0.6);
+    assert_float_equal(bd_photon_map_tell(map, &disk, cuts, NULL).x, 1.5, 0.4);
     for (uint32_t i = 0; i < COUNT; i++)
         if (photons[i].position.x < 0.5f) photons[i].flux = f3_of(0, 0, 0);
     struct bd_photon_map *behind =
         map_made(photons, COUNT, (struct bd_photon_map_how){.reach = REACH, .near = 256});
-    assert_float_equal(bd_photon_map_tell(behind, &disk, none).x, 1.5, 0.6);
-    assert_float_equal(bd_photon_map_tell(behind, &disk, cuts).x, 0, 0);
+    assert_float_equal(bd_photon_map_tell(behind, &disk, none, NULL).x, 1.5, 0.6);
+    assert_float_equal(bd_photon_map_tell(behind, &disk, cuts, NULL).x, 0, 0);
     bd_photon_map_destroy(&map);
     bd_photon_map_destroy(&behind);
     free(photons);
@@ -195,13 +200,57 @@ static void walls_cut_disks(void **state)
 static void a_radius_holds_everywhere(void **state)
 {
     (void)state;
-    const struct bd_photon one = {{0, 0, 0}, {0, 0, 1}, {1, 0, 0}};
+    const struct bd_photon one = photon_at(0, 0, f3_of(1, 0, 0));
     struct bd_photon_map *map =
         map_made(&one, 1, (struct bd_photon_map_how){.reach = REACH, .radius = 0.1f});
     const f3 up = f3_of(0, 0, 1);
     assert_float_equal(bd_photon_map_look(map, f3_of(0, 0, 0), up, 0).x, 2 / (M_PI * 0.01), 1e-3);
     assert_float_equal(bd_photon_map_look(map, f3_of(0.11f, 0, 0), up, 0).x, 0, 0);
     bd_photon_map_destroy(&map);
+}
+
+struct lobe {
+    f3 irradiance;
+    uint32_t count, met;
+    float along_x;
+};
+
+static void take(void *user, const struct bd_photon_told *told)
+{
+    struct lobe *lobe = user;
+    lobe->irradiance = f3_add(lobe->irradiance, told->irradiance);
+    lobe->count++;
+    lobe->met += told->is_met;
+    lobe->along_x += told->irradiance.x * told->way.x;
+}
+
+// Half of them from 30 degrees off the normal, to +x: a normal that leans there gets cos 0 / cos 30
+// of those and cos 30 of the others.
+static void photons_tell_whence_they_came(void **state)
+{
+    (void)state;
+    struct bd_photon *photons = even_photons();
+    const float c = sqrtf(0.75f);
+    for (uint32_t i = 0; i < COUNT; i += 2) {
+        photons[i].way = f3_of(0.5f, 0, c);
+        photons[i].is_met = true;
+    }
+    struct bd_photon_map *map =
+        map_made(photons, COUNT, (struct bd_photon_map_how){.reach = REACH, .near = 1024});
+    const struct bd_photon_disk disk =
+        bd_photon_disk_of(map, f3_of(0.5f, 0.5f, 0), f3_of(0, 0, 1), 0);
+    f3 vector;
+    struct lobe lobe = {0};
+    const f3 all = bd_photon_map_tell(map, &disk, NULL, &vector);
+    bd_photon_map_each(map, &disk, NULL, take, &lobe);
+    assert_float_equal(f3_dot(vector, disk.normal), all.x + all.y, 1e-3 * 9);
+    assert_float_equal(f3_dot(vector, f3_of(0.5f, 0, c)) / 9, 0.5 / c + 0.5 * c, 0.05);
+    assert_float_equal(lobe.irradiance.x, all.x, 1e-3 * 3);
+    assert_float_equal(lobe.irradiance.y, all.y, 1e-3 * 6);
+    assert_float_equal(lobe.along_x / all.x, 0.25, 0.02);
+    assert_float_equal((double)lobe.met / lobe.count, 0.5, 0.06);
+    bd_photon_map_destroy(&map);
+    free(photons);
 }
 
 int main(void)
@@ -213,6 +262,7 @@ int main(void)
         cmocka_unit_test(more_photons_are_less_noise_and_edges_are_whole),
         cmocka_unit_test(walls_cut_disks),
         cmocka_unit_test(a_radius_holds_everywhere),
+        cmocka_unit_test(photons_tell_whence_they_came),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,7 +1,7 @@
 // Stores the light that loops over lanes summed for the receivers of a slice (shared/receivers.h):
 // of pixels irradiance; of fragments that of level 0 and of the rest, and with BD_VECTOR the vectors
 // of both, with BD_SPREAD the spread in their a. With BD_NOISE the noise of the light, too;
-// with BD_GLOSSY what lobes of pixels reflect. With BD_ADDS light and its noise are added to what is
+// with BD_GLOSSY what lobes of pixels reflect. With BD_ADDS all but the spread are added to what is
 // there.
 #include "common/asker.glsl"
 #ifdef BD_FRAGMENTS
@@ -75,6 +75,9 @@ void main()
     spread = asker.level == 0u ? 1.0 : field(index, BD_LIGHT_SPREAD);
 #endif
     vec4 vector = vector_field(index, BD_LIGHT_VECTOR, spread);
+#ifdef BD_ADDS
+    vector.rgb += (asker.level == 0u ? imageLoad(vector_0, at) : imageLoad(vector_1, at)).rgb;
+#endif
     if (asker.level == 0u) imageStore(vector_0, at, vector);
     else imageStore(vector_1, at, vector);
 #endif
@@ -91,7 +94,12 @@ void main()
     imageStore(noise_0, asker.block, noise);
 #endif
 #ifdef BD_GLOSSY
-    imageStore(glossy_0, asker.block, glossy_light(index));
+    vec4 lobes = glossy_light(index);
+#ifdef BD_ADDS
+    vec4 earlier = imageLoad(glossy_0, asker.block);
+    lobes = vec4(earlier.rgb + lobes.rgb, earlier.a);
+#endif
+    imageStore(glossy_0, asker.block, lobes);
 #endif
 #endif
 }
