@@ -123,7 +123,10 @@ enum bd_err bd_far_light_lobes(const struct bd_pass_context *context,
     gather.glossy = false;
     far.cells = inputs->cells;
     enum bd_err err = bd_gloss_run(context, &far, &gather, indirect, detail);
-    if (err || !inputs->filtered) return err;
     const struct bd_smoothing smoothing = {BD_FAR_FILTER_LEVELS, inputs->variance_part, true};
-    return bd_filter_light_run(context, &gather, &smoothing, indirect, detail);
+    if (!err && inputs->filtered)
+        err = bd_filter_light_run(context, &gather, &smoothing, indirect, detail);
+    const struct bd_photon_density_inputs density = caustics_of(inputs, &visibility);
+    if (err || !density.map) return err;
+    return bd_photon_density_run_lobes(context, &density, &gather, indirect, detail);
 }

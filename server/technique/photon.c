@@ -9,7 +9,7 @@
 //         blocks only where depth and normals are the same
 // Known:  for diffuse light `many_light` is several times nearer in the same time; a shadow of
 //         indirect light is as soft as photons are sparse, and light bleeds round thin walls' edges
-//         within that; normal maps do not show in it
+//         within that
 
 #include "pass/filter_light.h"
 #include "pass/gloss.h"
@@ -18,14 +18,6 @@
 #include "technique/far_light.h"
 #include "technique/fragment_light.h"
 #include "technique/technique.h"
-
-static struct bd_gather_fragments_inputs fragments_of(const struct bd_technique_inputs *inputs,
-                                                      const struct bd_unlit *unlit)
-{
-    struct bd_gather_fragments_inputs fragments = bd_fragment_inputs(inputs, unlit);
-    fragments.vector = false;
-    return fragments;
-}
 
 static struct bd_photon_density_inputs density_of(const struct bd_technique_inputs *inputs,
                                                   const struct bd_photon_map *map,
@@ -39,12 +31,18 @@ static struct bd_photon_density_inputs density_of(const struct bd_technique_inpu
                                              .pass = pass};
 }
 
+static struct bd_photon_density_inputs caustics_of(const struct bd_technique_inputs *inputs,
+                                                   const struct bd_visibility_inputs *visibility)
+{
+    return density_of(inputs, inputs->photons->caustics, visibility, "caustics");
+}
+
 static enum bd_err light_fragments(const struct bd_pass_context *context,
                                    const struct bd_technique_inputs *inputs,
                                    const struct bd_unlit *unlit, struct bd_multires_light **out,
                                    struct bd_err_detail *detail)
 {
-    const struct bd_gather_fragments_inputs fragments = fragments_of(inputs, unlit);
+    const struct bd_gather_fragments_inputs fragments = bd_fragment_inputs(inputs, unlit);
     const struct bd_visibility_inputs visibility = bd_technique_visibility(inputs);
     const struct bd_photon_density_inputs density =
         density_of(inputs, inputs->photons->global, &visibility, "density");
@@ -56,10 +54,9 @@ static enum bd_err light_pixels(const struct bd_pass_context *context,
                                 const struct bd_unlit *unlit, struct bd_multires_light **out,
                                 struct bd_err_detail *detail)
 {
-    const struct bd_gather_fragments_inputs fragments = fragments_of(inputs, unlit);
+    const struct bd_gather_fragments_inputs fragments = bd_fragment_inputs(inputs, unlit);
     const struct bd_visibility_inputs visibility = bd_technique_visibility(inputs);
-    const struct bd_photon_density_inputs caustics =
-        density_of(inputs, inputs->photons->caustics, &visibility, "caustics");
+    const struct bd_photon_density_inputs caustics = caustics_of(inputs, &visibility);
     enum bd_err err = light_fragments(context, inputs, unlit, out, detail);
     if (err || !caustics.map) return err;
     return bd_photon_density_add(context, &caustics, &fragments, *out, detail);
@@ -95,7 +92,13 @@ static enum bd_err light_lobes(const struct bd_pass_context *context,
                                struct bd_indirect *indirect, struct bd_err_detail *detail)
 {
     const uint32_t rays = inputs->params->far_rays;
-    return add_lobes(context, inputs, inputs->alone ? rays : bd_few_rays(rays), indirect, detail);
+    const struct bd_gather_inputs gather = bd_technique_gather_inputs(inputs);
+    const struct bd_visibility_inputs visibility = bd_technique_visibility(inputs);
+    const struct bd_photon_density_inputs caustics = caustics_of(inputs, &visibility);
+    enum bd_err err =
+        add_lobes(context, inputs, inputs->alone ? rays : bd_few_rays(rays), indirect, detail);
+    if (err || !caustics.map) return err;
+    return bd_photon_density_run_lobes(context, &caustics, &gather, indirect, detail);
 }
 
 static enum bd_err complete(const struct bd_pass_context *context,
@@ -104,12 +107,12 @@ static enum bd_err complete(const struct bd_pass_context *context,
 {
     const struct bd_gather_inputs gather = bd_technique_gather_inputs(inputs);
     const struct bd_visibility_inputs visibility = bd_technique_visibility(inputs);
-    const struct bd_photon_density_inputs caustics =
-        density_of(inputs, inputs->photons->caustics, &visibility, "caustics");
+    const struct bd_photon_density_inputs caustics = caustics_of(inputs, &visibility);
     enum bd_err err = BD_ERR_OK;
-    if (caustics.map) err = bd_photon_density_run(context, &caustics, &gather, indirect, detail);
-    if (err || !inputs->glossy_receivers) return err;
-    return add_lobes(context, inputs, inputs->params->far_rays, indirect, detail);
+    if (inputs->glossy_receivers)
+        err = add_lobes(context, inputs, inputs->params->far_rays, indirect, detail);
+    if (err || !caustics.map) return err;
+    return bd_photon_density_run(context, &caustics, &gather, indirect, detail);
 }
 
 static enum bd_err light(const struct bd_pass_context *context,
@@ -122,9 +125,6 @@ static enum bd_err light(const struct bd_pass_context *context,
     if (err) bd_indirect_destroy(context->gpu, out);
     return err;
 }
-
-// Photons tell no directions for normal maps.
-#define BLOCKS (BD_READS_FRAGMENTS & ~BD_READS(BD_PARAM_SURFACE_DETAIL))
 
 static const struct bd_technique_pass passes[] = {
     {"density", 0},
@@ -162,12 +162,12 @@ const struct bd_technique bd_technique_photon = {
               .indirect_lights = BD_LIGHTS_ALL},
     .inputs = BD_INPUT_PHOTONS | BD_INPUT_FRAGMENTS,
     .passes = passes,
-    .params_read = BD_READS_DIRECT | BD_READS(BD_PARAM_ALPHA) | BD_READS_LIGHT_PATHS | BLOCKS |
-                   BD_READS(BD_PARAM_FAR_RAYS) | BD_READS(BD_PARAM_SUB_FRAMES) |
-                   BD_READS(BD_PARAM_NOISE_FILTER) | BD_READS(BD_PARAM_PAPER_MODE) |
-                   BD_READS_CAUSTICS | BD_READS(BD_PARAM_PHOTON_RADIUS) |
-                   BD_READS(BD_PARAM_INTERSECTIONS) | BD_READS(BD_PARAM_ENV_MAPS) |
-                   BD_READS(BD_PARAM_ENV_MAP_SIZE),
+    .params_read = BD_READS_DIRECT | BD_READS(BD_PARAM_ALPHA) | BD_READS_LIGHT_PATHS |
+                   BD_READS_FRAGMENTS | BD_READS(BD_PARAM_FAR_RAYS) |
+                   BD_READS(BD_PARAM_SUB_FRAMES) | BD_READS(BD_PARAM_NOISE_FILTER) |
+                   BD_READS(BD_PARAM_PAPER_MODE) | BD_READS_CAUSTICS |
+                   BD_READS(BD_PARAM_PHOTON_RADIUS) | BD_READS(BD_PARAM_INTERSECTIONS) |
+                   BD_READS(BD_PARAM_ENV_MAPS) | BD_READS(BD_PARAM_ENV_MAP_SIZE),
     .defaults = defaults,
     .default_count = sizeof defaults / sizeof *defaults,
     .tolerance = {.direct = 1e-3, .indirect = 5e-2}, // blur at edges, noise of few photons

@@ -169,6 +169,41 @@ def test_cubes_of_texels_show_what_is_behind_glass(client, tmp_path):
     assert off(images, rays) < off(printed, rays)
 
 
+def folded(mesh):
+    """As the mirror below shows it, which turns z to x."""
+    places, normals, triangles = mesh
+    swap = numpy.float32([[0, 0, -1], [0, 1, 0], [-1, 0, 0]])
+    return numpy.ascontiguousarray(places @ swap), numpy.ascontiguousarray(normals @ swap), numpy.ascontiguousarray(triangles[:, ::-1])
+
+
+def leaning(mesh, normal):
+    return mesh[0], numpy.float32([numpy.array(normal) / numpy.linalg.norm(normal)] * len(mesh[0])), mesh[2]
+
+
+MIRROR = {"pbrMetallicRoughness": {"metallicFactor": 1, "roughnessFactor": 0}, "doubleSided": True}
+RECEIVERS = {"matt": (GREY, (0, 0, 1)), "normals that lean": (GREY, (.5, .3, 1)),
+             "rough metal": ({"pbrMetallicRoughness": {"metallicFactor": 1, "roughnessFactor": .4, "baseColorFactor": [.9, .6, .3, 1]}}, (0, 0, 1)),
+             "gloss that leans": ({"pbrMetallicRoughness": {"metallicFactor": 0, "roughnessFactor": .45, "baseColorFactor": [.2, .2, .2, 1]}}, (.2, 0, 1))}
+
+
+@pytest.mark.parametrize("technique, sub_frames", [("photon", 1), ("photon", 4), ("many_light", 1), ("many_light", 4)])
+@pytest.mark.parametrize("receiver", RECEIVERS)
+def test_a_wall_is_lit_by_a_mirror_as_by_the_lamp(client, tmp_path, receiver, technique, sub_frames):
+    """What the photons of a spot's beam do by way of a mirror, the spot does by itself where the mirror shows it."""
+    material, normal = RECEIVERS[receiver]
+    wall = leaning(pane(-2, .6), normal)
+    spot = {"type": "spot", "intensity": 100, "spot": {"innerConeAngle": .05, "outerConeAngle": .06}}
+    turn = numpy.float32([[.5 ** .5, 0, -.5 ** .5], [0, 1, 0], [.5 ** .5, 0, .5 ** .5]])
+    mirror = tuple(pane(0, .5)[i] @ turn for i in (0, 1)) + (pane(0, .5)[2],)
+    straight = add(client, tmp_path, [(wall, material)], light=spot)
+    by_mirror = add(client, tmp_path, [(folded(wall), material), (mirror, MIRROR)], light=spot)
+    wanted = light(straight.render(size=SIZE, technique="direct", layers=["direct"], pose=bounced.Pose((0, 1.2, 0), (0, 0, -2), yfov=.3)), "direct")
+    got = light(by_mirror.render(size=SIZE, technique=technique, layers=["indirect"], aa=sub_frames, parameters={"photons": 131072},
+                                 pose=bounced.Pose((0, 1.2, 0), (2, 0, 0), yfov=.3)))
+    print(got.sum((0, 1)) / wanted.sum((0, 1)))
+    assert got.sum((0, 1)) == pytest.approx(wanted.sum((0, 1)), rel=.03)
+
+
 def moved_ball(radius=.4, at=(0, -.45, 0)):
     places, normals, triangles = sphere(32)
     return numpy.float32(radius * places + numpy.float32(at)), normals, triangles
