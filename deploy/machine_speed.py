@@ -1,10 +1,10 @@
 """How many times slower than usual this machine is today: what time budgets are multiplied by.
 
-usage: machine_speed.py BUILD
+usage: machine_speed.py BUILD [EARLIER]
 
 Runs a fixed amount of work that has nothing of the product in it (tests/tools/machine_speed.c), so that
-code that becomes slower has no more time for it. At least 1, at most 3; 1 if it does not run, which
-the tests will tell better.
+code that becomes slower has no more time for it. At least 1, at most 3, and no less than EARLIER, what was
+found before; 1 if it does not run, which the tests will tell better.
 """
 import pathlib
 import subprocess
@@ -35,7 +35,8 @@ def main():
     except (OSError, subprocess.SubprocessError, ValueError) as error:
         factor = 1
         print(f"the machine's speed is not known: {error}", file=sys.stderr)
-    print(f"{factor:.2f}")
+    earlier = float(sys.argv[2]) if len(sys.argv) > 2 else 1
+    print(f"{max(factor, earlier):.2f}")
 
 
 if __name__ == "__main__":
