@@ -6,34 +6,30 @@
 #include "lights/shading_normal.h"
 #include "lights/surface.h"
 
-struct surface {
-    f3 base_color, normal, normal_geometric;
-    float metallic, roughness, f0;
-};
-
-static struct surface surface_at(const struct bd_surface_hits *hits,
-                                 const struct bd_surface_point *at, float u, float v)
+struct bd_reflecting bd_reflecting_at(const struct bd_surface_hits *hits,
+                                      const struct bd_surface_point *at, float u, float v)
 {
     const struct bd_surface_hit hit = bd_surface_hit_of(hits, at->triangle);
     const struct bd_material *m = &hits->scene->materials[hit.primitive->material];
     const uint32_t *index = hit.primitive->index + 3 * (size_t)hit.of_primitive;
     const f3 data =
         bd_map_data_at(hits->scene, &m->metallic_roughness_map, hit.primitive, index, u, v).rgb;
-    return (struct surface){
+    return (struct bd_reflecting){
         .base_color = bd_base_color_at(hits->scene, hit.primitive, index, u, v).rgb,
         .normal = bd_shading_normal(&hit, index, u, v, at->normal),
         .normal_geometric = at->normal,
         .metallic = m->metallic * data.z,
         .roughness = m->roughness * data.y,
-        .f0 = bd_f0_of_ior(m->ior),
+        .f0_dielectric = bd_f0_of_ior(m->ior),
     };
 }
 
 // Of facets under that angle, of all colours.
-static f3 fresnel(const struct surface *s, float cosine)
+static f3 fresnel(const struct bd_reflecting *s, float cosine)
 {
     const float grazing = f_fifth(f_min(f_max(1 - cosine, 0), 1));
-    const float white = (1 - s->metallic) * (s->f0 + (1 - s->f0) * grazing) + s->metallic * grazing;
+    const float white = (1 - s->metallic) * (s->f0_dielectric + (1 - s->f0_dielectric) * grazing) +
+                        s->metallic * grazing;
     return f3_add(f3_of(white, white, white), f3_scale(s->base_color, s->metallic * (1 - grazing)));
 }
 
@@ -42,7 +38,7 @@ static float mean(f3 v)
     return (v.x + v.y + v.z) / 3;
 }
 
-static void reflect_evenly(const struct surface *s, const float number[3], f3 color,
+static void reflect_evenly(const struct bd_reflecting *s, const float number[3], f3 color,
                            struct bd_reflection *out)
 {
     const f3 n = s->normal_geometric;
@@ -52,7 +48,7 @@ static void reflect_evenly(const struct surface *s, const float number[3], f3 co
 }
 
 // Its Fresnel term is that of the facet between both directions, as in the BRDF.
-static void reflect_diffusely(const struct surface *s, f3 viewer, const float number[3],
+static void reflect_diffusely(const struct bd_reflecting *s, f3 viewer, const float number[3],
                               struct bd_reflection *out)
 {
     reflect_evenly(s, number, s->base_color, out);
@@ -60,11 +56,12 @@ static void reflect_diffusely(const struct surface *s, f3 viewer, const float nu
     const float grazing = f_fifth(f_min(f_max(1 - f3_dot(viewer, h), 0), 1));
     const float limit =
         diffuse_limit(f_min(f3_dot(n, viewer), f3_dot(n, out->direction)), s->roughness);
-    const float passes = (1 - s->metallic) * (1 - (s->f0 + (1 - s->f0) * grazing));
+    const float passes =
+        (1 - s->metallic) * (1 - (s->f0_dielectric + (1 - s->f0_dielectric) * grazing));
     out->weight = f3_scale(f3_min(s->base_color, limit), passes);
 }
 
-static bool reflect_specularly(const struct surface *s, f3 viewer, const float number[3],
+static bool reflect_specularly(const struct bd_reflecting *s, f3 viewer, const float number[3],
                                struct bd_reflection *out)
 {
     const f3 n = f3_dot(s->normal, viewer) > 0 ? s->normal : s->normal_geometric;
@@ -82,7 +79,7 @@ bool bd_reflect(const struct bd_surface_hits *hits, const struct bd_surface_poin
                 float v, f3 direction, bool lambert, bool beside_interface, const float number[3],
                 struct bd_reflection *out)
 {
-    struct surface s = surface_at(hits, at, u, v);
+    struct bd_reflecting s = bd_reflecting_at(hits, at, u, v);
     if (beside_interface) s.metallic = 0;
     const f3 viewer = f3_scale(direction, -1);
     if (lambert) {
@@ -90,7 +87,7 @@ bool bd_reflect(const struct bd_surface_hits *hits, const struct bd_surface_poin
         return true;
     }
     const float specular = mean(fresnel(&s, f3_dot(s.normal, viewer)));
-    const float diffuse = mean(s.base_color) * (1 - s.metallic) * (1 - s.f0);
+    const float diffuse = mean(s.base_color) * (1 - s.metallic) * (1 - s.f0_dielectric);
     const float chance = specular / f_max(specular + diffuse, 1e-20f);
     const bool is_specular = number[2] < chance;
     if (!is_specular)

@@ -13,6 +13,14 @@
 
 #include "lights/surface_hits.h"
 
+// A place as the BRDF wants it.
+struct bd_reflecting {
+    f3 base_color, normal, normal_geometric;
+    float metallic, roughness, f0_dielectric;
+};
+struct bd_reflecting bd_reflecting_at(const struct bd_surface_hits *hits,
+                                      const struct bd_surface_point *at, float u, float v);
+
 struct bd_reflection {
     f3 direction; // unit
     f3 weight;    // of flux that goes along it, 0 to about 1 / the lobe's part

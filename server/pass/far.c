@@ -329,9 +329,9 @@ static enum bd_err add_light_of_places(struct far *f)
 {
     const struct bd_far_inputs *in = f->inputs;
     f->place_total = close_ranks(f);
-    enum bd_err err =
-        bd_first_light_run(&f->context, in->first, in->visibility, in->seed, f->places,
-                           f->place_total, f->irradiance, f->cosine, &f->rays.traced, f->detail);
+    enum bd_err err = bd_first_light_run(&f->context, in->first, in->visibility, in->seed,
+                                         f->places, f->place_total, NULL, f->irradiance, f->cosine,
+                                         &f->rays.traced, f->detail);
     if (!err && in->points && f->place_total > 0) err = add_light_of_points(f);
     bd_slicer_work(f->context.slicer, "far");
     if (!err)

@@ -5,6 +5,8 @@
 
 #include "base/assert.h"
 #include "kernel/all_channels.h"
+#include "kernel/brdf.h"
+#include "lights/reflection.h"
 #include "lights/sequence.h"
 #include "pass/area_samples.h"
 #include "pass/punctual_photons.h"
@@ -18,6 +20,9 @@
 // Of the slicer, one for each evaluation of a VPL.
 #define UNITS_PER_PLACE    300.0
 #define UNITS_PER_PUNCTUAL 4.0
+#define UNITS_PER_SUM      40.0
+// Under another normal than the triangle's own.
+#define BENT_MOST 4.0f
 // Numbers that nobody else of a frame draws by its seed.
 #define OF_PUNCTUALS 0x6c616d70u
 
@@ -26,8 +31,12 @@ struct lighting {
     const struct bd_first_light *light;
     struct bd_area_sampling sampling;
     struct bd_sequence sequence;
+    const struct bd_first_looks *looks;
+    // Of a part.
+    uint32_t first, count;
     const struct bd_surface_point *places;
-    uint32_t count; // of places
+    f3 *irradiance;
+    float *cosine;
     // Of each place its rays, and what they bring.
     uint32_t ray_count;
     struct bd_segment *segments;
@@ -132,34 +141,71 @@ static void ask_group(void *user, uint32_t group)
     }
 }
 
-static float cosine_of(const struct bd_surface_point *place, const struct bd_segment *segment)
+static f3 way_of(const struct bd_segment *segment)
 {
     const f3 way = f3_of(segment->to[0] - segment->from[0], segment->to[1] - segment->from[1],
                          segment->to[2] - segment->from[2]);
     const float length2 = f3_dot(way, way);
-    return length2 > 0 ? f_max(f3_dot(place->normal, way) / f_sqrt(length2), 0) : 0;
+    return length2 > 0 ? f3_scale(way, 1 / f_sqrt(length2)) : way;
 }
 
-static void sum_rays(const struct lighting *l, f3 *irradiance, float *cosine)
+static bool is_brought(const struct lighting *l, uint32_t ray)
 {
-    for (uint32_t i = 0; i < l->count; i++) {
-        f3 sum = f3_of(0, 0, 0);
-        float strength = 0, cosines = 0;
-        for (uint32_t r = i * l->ray_count; r < (i + 1) * l->ray_count; r++) {
-            const float weight = strongest_channel(l->brought[r]);
-            if (!(weight > 0) || l->occluded[r / 32] >> r % 32 & 1) continue;
-            sum = f3_add(sum, l->brought[r]);
-            strength += weight;
-            if (cosine) cosines += weight * cosine_of(&l->places[i], &l->segments[r]);
-        }
-        irradiance[i] = sum;
-        if (cosine) cosine[i] = strength > 0 ? cosines / strength : 1;
+    return strongest_channel(l->brought[ray]) > 0 && !(l->occluded[ray / 32] >> ray % 32 & 1);
+}
+
+static void sum_irradiance(const struct lighting *l, uint32_t i)
+{
+    f3 sum = f3_of(0, 0, 0);
+    float strength = 0, cosines = 0;
+    for (uint32_t r = i * l->ray_count; r < (i + 1) * l->ray_count; r++) {
+        if (!is_brought(l, r)) continue;
+        const float weight = strongest_channel(l->brought[r]);
+        sum = f3_add(sum, l->brought[r]);
+        strength += weight;
+        if (l->cosine)
+            cosines += weight * f_max(f3_dot(l->places[i].normal, way_of(&l->segments[r])), 0);
+    }
+    l->irradiance[i] = sum;
+    if (l->cosine) l->cosine[i] = strength > 0 ? cosines / strength : 1;
+}
+
+// Irradiance is that of the triangle's own normal.
+static void sum_reflected(const struct lighting *l, uint32_t i)
+{
+    const struct bd_first_looks *looks = l->looks;
+    const struct bd_ray *ray = &looks->rays[l->first + i];
+    const struct bd_ray_hit *hit = &looks->hits[l->first + i];
+    const struct bd_reflecting s = bd_reflecting_at(looks->surfaces, &l->places[i], hit->u, hit->v);
+    const f3 viewer = f3_of(-ray->direction[0], -ray->direction[1], -ray->direction[2]);
+    f3 sum = f3_of(0, 0, 0);
+    for (uint32_t r = i * l->ray_count; r < (i + 1) * l->ray_count; r++) {
+        if (!is_brought(l, r)) continue;
+        const f3 way = way_of(&l->segments[r]);
+        const float below = f_max(f3_dot(s.normal_geometric, way), 1e-6f);
+        const float bent = f_min(f_max(f3_dot(s.normal, way), 0) / below, BENT_MOST);
+        const f3 brdf = gltf_brdf(s.base_color, s.metallic, patch_roughness(s.roughness),
+                                  s.f0_dielectric, s.normal, way, viewer);
+        sum = f3_add(sum, f3_scale(f3_mul(l->brought[r], brdf), bent));
+    }
+    looks->reflected[l->first + i] = sum;
+    l->irradiance[i] = f3_of(0, 0, 0);
+    if (l->cosine) l->cosine[i] = 1;
+}
+
+static void sum_group(void *user, uint32_t group)
+{
+    const struct lighting *l = user;
+    for (uint32_t i = group * BD_LANES; i < (group + 1) * BD_LANES && i < l->count; i++) {
+        if (l->looks && l->looks->are[l->first + i] && l->places[i].triangle != BD_NO_TRIANGLE)
+            sum_reflected(l, i);
+        else
+            sum_irradiance(l, i);
     }
 }
 
 static enum bd_err light_some(struct lighting *l, const struct bd_visibility_inputs *visibility,
-                              f3 *irradiance, float *cosine, struct bd_ray_counts *traced,
-                              struct bd_err_detail *detail)
+                              struct bd_ray_counts *traced, struct bd_err_detail *detail)
 {
     const uint32_t groups = (l->count + BD_LANES - 1) / BD_LANES;
     const double units = UNITS_PER_PLACE + UNITS_PER_PUNCTUAL * l->light->punctual_count;
@@ -169,8 +215,9 @@ static enum bd_err light_some(struct lighting *l, const struct bd_visibility_inp
         err = bd_straight_ask(l->context, visibility, l->segments,
                               (size_t)groups * BD_LANES * l->ray_count, l->occluded, l->brought, 1,
                               traced, detail);
-    if (!err) sum_rays(l, irradiance, cosine);
-    return err;
+    bd_slicer_work(l->context->slicer, "first light");
+    return err ? err
+               : bd_receivers_each(l->context, groups, UNITS_PER_SUM * BD_LANES, sum_group, l);
 }
 
 static struct lighting lighting_of(const struct bd_pass_context *context,
@@ -191,8 +238,8 @@ enum bd_err bd_first_light_run(const struct bd_pass_context *context,
                                const struct bd_first_light *light,
                                const struct bd_visibility_inputs *visibility, uint64_t seed,
                                const struct bd_surface_point *places, uint32_t count,
-                               f3 *irradiance, float *cosine, struct bd_ray_counts *traced,
-                               struct bd_err_detail *detail)
+                               const struct bd_first_looks *looks, f3 *irradiance, float *cosine,
+                               struct bd_ray_counts *traced, struct bd_err_detail *detail)
 {
     struct lighting l = lighting_of(context, light, seed);
     const uint32_t most = count < AT_ONCE ? count : AT_ONCE;
@@ -203,11 +250,13 @@ enum bd_err bd_first_light_run(const struct bd_pass_context *context,
     l.occluded = malloc((rays / 32 + 1) * sizeof *l.occluded);
     if (!l.segments || !l.brought || !l.occluded)
         err = bd_err_set(detail, BD_ERR_NO_MEMORY, "far_rays", "no memory for %zu rays", rays);
-    for (uint32_t at = 0; !err && at < count; at += l.count) {
-        l.places = places + at;
-        l.count = count - at < AT_ONCE ? count - at : AT_ONCE;
-        err = light_some(&l, visibility, irradiance + at, cosine ? cosine + at : NULL, traced,
-                         detail);
+    l.looks = looks;
+    for (l.first = 0; !err && l.first < count; l.first += l.count) {
+        l.places = places + l.first;
+        l.irradiance = irradiance + l.first;
+        l.cosine = cosine ? cosine + l.first : NULL;
+        l.count = count - l.first < AT_ONCE ? count - l.first : AT_ONCE;
+        err = light_some(&l, visibility, traced, detail);
     }
     free(l.segments);
     free(l.brought);

@@ -12,7 +12,7 @@
 #define BD_PASS_FIRST_LIGHT_H
 
 #include "lights/area_lights.h"
-#include "lights/surface_points.h"
+#include "lights/surface_hits.h"
 #include "pass/visibility.h"
 #include "shared/light.h"
 
@@ -27,14 +27,27 @@ struct bd_first_light {
     const struct bd_render_space *space;
 };
 
+// Places that someone looks at, by the rays that met them.
+struct bd_first_looks {
+    const struct bd_surface_hits *surfaces;
+    const struct bd_ray *rays;
+    const struct bd_ray_hit *hits;
+    const bool *are; // else it is as if nobody looked
+    // What goes back along the ray by the whole BRDF, lobes no narrower than patch_roughness; for
+    // lights that a ray is drawn to as surfaces see them, under normals as they are interpolated.
+    // Places that it is told of get no irradiance.
+    f3 *reflected;
+};
+
 // `irradiance` of each place, in the frame's unit, and if asked for (not NULL) the cosine under
-// which it comes there, weighed by how much. Places' numbers are their own. In slices of their own.
+// which it comes there, weighed by how much. `looks`: NULL, nobody does. Places' numbers are
+// their own. In slices of their own.
 BD_MUST_CHECK
 enum bd_err bd_first_light_run(const struct bd_pass_context *context,
                                const struct bd_first_light *light,
                                const struct bd_visibility_inputs *visibility, uint64_t seed,
                                const struct bd_surface_point *places, uint32_t count,
-                               f3 *irradiance, float *cosine, struct bd_ray_counts *traced,
-                               struct bd_err_detail *detail);
+                               const struct bd_first_looks *looks, f3 *irradiance, float *cosine,
+                               struct bd_ray_counts *traced, struct bd_err_detail *detail);
 
 #endif

@@ -48,6 +48,7 @@ struct share {
     uint32_t pixel;
     uint32_t half;
     uint32_t number; // of the ray, its pixel's side by side
+    bool looks;      // a mirror or glass: who looks there sees lobes
 };
 
 struct gloss {
@@ -71,6 +72,8 @@ struct gloss {
     struct bd_surface_point *places; // `triangle` BD_NO_TRIANGLE: nothing that sends light
     f3 *irradiance;                  // there; then what the pixel reflects of it
     float *cosine;                   // under which it comes there
+    bool *are_looked_at;             // places of which is told what they
+    f3 *seen;                        // reflect of first light, instead
     // Of the picture: four floats a pixel.
     float *half[HALVES];
     struct bd_ray_counts traced;
@@ -93,9 +96,10 @@ static size_t rays_of_group(const struct gloss *g)
 static uint32_t receivers_at_once(const struct gloss *g)
 {
     const size_t group =
-        rays_of_group(g) * (sizeof *g->rays + sizeof *g->shares + sizeof *g->hits +
-                            sizeof *g->places + sizeof *g->irradiance + sizeof *g->cosine +
-                            (g->inputs->glass ? sizeof *g->ways + sizeof *g->numbers : 0));
+        rays_of_group(g) *
+        (sizeof *g->rays + sizeof *g->shares + sizeof *g->hits + sizeof *g->places +
+         sizeof *g->irradiance + sizeof *g->cosine + sizeof *g->are_looked_at + sizeof *g->seen +
+         (g->inputs->glass ? sizeof *g->ways + sizeof *g->numbers : 0));
     return (uint32_t)(ROOM_BYTES > group ? ROOM_BYTES / group : 1) * BD_LANES;
 }
 
@@ -115,6 +119,8 @@ static enum bd_err make_room(struct gloss *g, uint32_t group_count)
     g->places = malloc(rays * sizeof *g->places);
     g->irradiance = malloc(rays * sizeof *g->irradiance);
     g->cosine = malloc(rays * sizeof *g->cosine);
+    g->are_looked_at = malloc(rays * sizeof *g->are_looked_at);
+    g->seen = malloc(rays * sizeof *g->seen);
     g->ray_count = malloc(group_count * sizeof *g->ray_count);
     g->first_ray = malloc(group_count * sizeof *g->first_ray);
     if (g->inputs->glass) {
@@ -122,7 +128,8 @@ static enum bd_err make_room(struct gloss *g, uint32_t group_count)
         g->numbers = malloc(rays * sizeof *g->numbers);
     }
     const bool all = g->rays && g->shares && g->hits && g->places && g->irradiance && g->cosine &&
-                     g->ray_count && g->first_ray && (!g->inputs->glass || (g->ways && g->numbers));
+                     g->are_looked_at && g->seen && g->ray_count && g->first_ray &&
+                     (!g->inputs->glass || (g->ways && g->numbers));
     return all ? BD_ERR_OK : no_memory(g);
 }
 
@@ -137,8 +144,9 @@ static enum bd_err make_halves(struct gloss *g)
 
 static void free_all(struct gloss *g)
 {
-    void *arrays[] = {g->rays,   g->shares,    g->hits,      g->places,  g->irradiance, g->ways,
-                      g->cosine, g->ray_count, g->first_ray, g->half[0], g->half[1],    g->numbers};
+    void *arrays[] = {g->rays,    g->shares,  g->hits,          g->places,    g->irradiance,
+                      g->ways,    g->cosine,  g->ray_count,     g->first_ray, g->half[0],
+                      g->half[1], g->numbers, g->are_looked_at, g->seen};
     for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++) free(arrays[i]);
 }
 
@@ -210,6 +218,7 @@ static size_t aim_lobe(const struct gloss *g, const struct bd_lobe *lobe, size_t
         const uint32_t half = i % HALVES, kind = g->asked.first_kind + i / HALVES % kinds;
         const f3 d = direction_of(g, lobe, half, kind, i / (HALVES * kinds));
         g->shares[next] = share_of(g, lobe->at, i);
+        g->shares[next].looks = lobe->at->roughness <= BD_MIRROR_ROUGHNESS;
         if (g->ways) g->ways[next] = bd_way_begins;
         next += aim(g, lobe, d, &g->rays[next], &g->shares[next].beyond);
     }
@@ -228,6 +237,7 @@ static size_t aim_through(const struct gloss *g, const struct bd_area_receiver *
     for (uint32_t i = 0; i < g->inputs->rays; i++) {
         g->shares[next] = share_of(g, at, KINDS * g->inputs->rays + i);
         g->shares[next].beyond = f3_of(share, share, share);
+        g->shares[next].looks = true;
         next += bd_onward_enter(&g->surfaces, &glass, at->viewer, g->inputs->seed,
                                 g->shares[next].number, &g->rays[next], &g->ways[next]);
     }
@@ -277,21 +287,34 @@ static void place_ray(const struct gloss *g, uint32_t i)
     g->places[i].number = g->shares[i].number;
 }
 
+// What is a mirror or glass in part sends on by the rest of it, as if nobody looked.
+static bool is_looked_at(const struct gloss *g, uint32_t i)
+{
+    return g->shares[i].looks && g->inputs->sends != BD_SENDS_LAMBERT &&
+           !(g->ways && g->ways[i].rest < 1);
+}
+
 static void place_group(void *user, uint32_t group)
 {
     const struct gloss *g = user;
     const uint32_t first = g->first_ray[group];
-    for (uint32_t i = first; i < first + g->ray_count[group]; i++) place_ray(g, i);
+    for (uint32_t i = first; i < first + g->ray_count[group]; i++) {
+        place_ray(g, i);
+        g->are_looked_at[i] = is_looked_at(g, i);
+        g->seen[i] = f3_of(0, 0, 0);
+    }
 }
 
-// What a place sends of a unit of irradiance. A smooth lobe sees it as it looks where it has no
-// highlight; what a rough one sees of many highlights is their mean.
+// What a place sends of a unit of irradiance. A lobe sees it as it looks where it has no highlight;
+// what a rough one sees of many highlights is their mean, as of light from many sides is what a
+// mirror sees.
 static f3 sent(const struct gloss *g, uint32_t i, float cosine)
 {
     const struct bd_ray_hit *hit = &g->hits[i];
+    const bool is_mean = g->asked.of_rough || g->are_looked_at[i];
     const f3 diffuse =
         bd_surface_hit_diffuse(&g->surfaces, hit->triangle, hit->u, hit->v,
-                               g->asked.of_rough ? g->inputs->sends : BD_SENDS_LAMBERT, cosine);
+                               is_mean ? g->inputs->sends : BD_SENDS_LAMBERT, cosine);
     return f3_scale(diffuse, 1 / F_PI);
 }
 
@@ -301,7 +324,9 @@ static f3 light_of_place(const struct gloss *g, uint32_t i)
     const struct bd_surface_point *at = &g->places[i];
     if (at->triangle == BD_NO_TRIANGLE) return f3_of(0, 0, 0);
     const struct bd_far_inputs *in = g->inputs;
-    f3 light = f3_mul(g->irradiance[i], sent(g, i, g->cosine[i])), more = f3_of(0, 0, 0);
+    const float cosine = g->are_looked_at[i] ? BD_FROM_EVERYWHERE : g->cosine[i];
+    f3 light = f3_add(g->seen[i], f3_mul(g->irradiance[i], sent(g, i, cosine)));
+    f3 more = f3_of(0, 0, 0);
     if (in->cells) more = bd_irradiance_cells_look(in->cells, at->position, at->normal);
     if (in->caustics)
         more = f3_add(more, bd_photon_map_look(in->caustics, at->position, at->normal, 0));
@@ -357,9 +382,10 @@ static enum bd_err light_places(struct gloss *g)
         .visibility = in->seen.visibility,
         .of_points = g->irradiance,
     };
+    const struct bd_first_looks looks = {&g->surfaces, g->rays, g->hits, g->are_looked_at, g->seen};
     enum bd_err err =
         bd_first_light_run(&g->context, in->first, in->visibility, in->seed + PURPOSE, g->places,
-                           g->count, g->irradiance, g->cosine, &g->traced, g->detail);
+                           g->count, &looks, g->irradiance, g->cosine, &g->traced, g->detail);
     if (err || !in->seen.list || g->count == 0) return err;
     return bd_gather_chosen_native_run(&g->context, &gather, &g->traced, g->detail);
 }

@@ -16,8 +16,9 @@ LIGHTS = [{"type": "point", "intensity": 100}, {"type": "directional", "intensit
 
 
 def lamp(strength):
+    """That reflects nothing of what comes back to it."""
     return {"pbrMetallicRoughness": {"baseColorFactor": [0, 0, 0, 1], "roughnessFactor": 1, "metallicFactor": 0},
-            "emissiveFactor": [1, 1, 1], "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": strength}}}
+            "emissiveFactor": [1, 1, 1], "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": strength}, "KHR_materials_ior": {"ior": 1}}}
 
 
 def sphere(rings=48):

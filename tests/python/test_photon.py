@@ -204,6 +204,23 @@ def test_a_wall_is_lit_by_a_mirror_as_by_the_lamp(client, tmp_path, receiver, te
     assert got.sum((0, 1)) == pytest.approx(wanted.sum((0, 1)), rel=.03)
 
 
+@pytest.mark.parametrize("technique", ["photon", "many_light"])
+@pytest.mark.parametrize("receiver", RECEIVERS)
+def test_a_mirror_shows_what_stands_before_it(client, tmp_path, receiver, technique):
+    """A lit floor, lobes and all, as who stands behind the mirror would see it."""
+    material, normal = RECEIVERS[receiver]
+    floor = leaning(pane(-1, .6), normal)
+    spot = {"type": "spot", "intensity": 100, "spot": {"innerConeAngle": .05, "outerConeAngle": .06}}
+    places, _, triangles = pane(0, 2)
+    mirror = (numpy.float32([(-1.5, y, -x) for x, y, _ in places]), numpy.float32([(1, 0, 0)] * 4), triangles)
+    bare, mirrored = add(client, tmp_path, [(floor, material)], light=spot), add(client, tmp_path, [(floor, material), (mirror, MIRROR)], light=spot)
+    wanted = light(bare.render(size=SIZE, technique="direct", layers=["direct"], pose=bounced.Pose((-2.5, 0, 1), (0, 0, -1), up=(0, 0, 1), yfov=.2)), "direct")
+    got = light(mirrored.render(size=SIZE, technique=technique, layers=["indirect"], parameters={"photons": 1024, "far_rays": 8},
+                                pose=bounced.Pose((-.5, 0, 1), (-3, 0, -1), up=(0, 0, 1), yfov=.2)))[:, ::-1]
+    print(got.sum((0, 1)) / wanted.sum((0, 1)), off(got, wanted))
+    assert got.sum((0, 1)) == pytest.approx(wanted.sum((0, 1)), rel=.02) and off(got, wanted) < .05
+
+
 def moved_ball(radius=.4, at=(0, -.45, 0)):
     places, normals, triangles = sphere(32)
     return numpy.float32(radius * places + numpy.float32(at)), normals, triangles
