@@ -18,6 +18,8 @@
     X(rays_refused, false, "rays of the reference that were out of range, and met nothing")        \
     X(caustics_left_out, false,                                                                    \
       "caustics of points: the picture is too large for its light paths")                          \
+    X(caustics_unseen, false,                                                                      \
+      "caustics of points, in mirrors and through glass: no path finds them without lamp_radius")  \
     X(error_floor, false, "the target error is out of the technique's reach")                      \
     X(error_tail, false, "a few pixels carry the error: its upper end is not known")               \
     X(deadline_rung, false, "the deadline passed: the technique's cheapest settings instead")      \

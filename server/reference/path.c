@@ -22,6 +22,7 @@ void bd_path_begin(const struct bd_reference *reference, const struct bd_integra
     bd_vec3f_set(path->throughput, 1, 1, 1);
     path->scatter_pdf = 0;
     path->is_specular = path->only_mirrors = true;
+    path->misses_caustics = false;
     path->solids.count = 0;
     path->lamp_radius = (float)(integrand->lamp_radius_m * units_per_m);
     path->clamp_per_unit2 = (float)(integrand->clamp_per_m2 / (units_per_m * units_per_m));
@@ -311,6 +312,14 @@ static void arrive(struct bd_path *path, const struct step *step, const struct b
     bd_vec3f_scale(path->throughput, path->throughput, factor);
 }
 
+// Light that smooth surfaces alone have sent on is joined to the camera, or to vertices that a path
+// finds otherwise.
+static void note_missed(struct bd_path *path, const struct bd_vertex *vertex)
+{
+    path->misses_caustics |= path->is_specular && !bd_bsdf_is_delta(&vertex->bsdf.surface) &&
+                             bd_reference_has_light_paths(path->reference, path->integrand);
+}
+
 static void add_lights(struct bd_path *path, const struct bd_vertex *vertex, float found)
 {
     bd_path_add_punctuals(path, vertex, found);
@@ -350,6 +359,7 @@ static bool walk(struct bd_path *path, struct step *step, struct bd_vertex *vert
     }
     arrive(path, step, &at, true, vertex);
     if (!may_scatter(path)) return false;
+    note_missed(path, vertex);
     add_lights(path, vertex, found_pdf(path, vertex, at.distance));
     return true;
 }

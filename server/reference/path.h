@@ -72,6 +72,8 @@ struct bd_path {
     float scatter_pdf;     // of the last direction, with the chance of its survival; per steradian
     bool is_specular;      // no other way could have found the last direction
     bool only_mirrors;     // nor any before it
+    bool misses_caustics;  // it saw a place by a mirror or glass whose caustics of points nothing
+                           // finds
     float lamp_radius;     // reference units
     struct bd_nested solids; // that the eye's way is within
     struct bd_light_vertex light_vertex;

@@ -159,6 +159,7 @@ static void add_sample(struct bd_reference_pixel *pixel, uint32_t half, const st
                        double unit)
 {
     pixel->sample_count[half]++;
+    pixel->missing_count += path->misses_caustics;
     if (!is_usable(path)) {
         pixel->nonfinite_count++;
         return;

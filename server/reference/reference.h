@@ -130,6 +130,7 @@ struct bd_reference_pixel {
     double landed[2][3], landed_square_sum[3];
     uint64_t nonfinite_count;             // samples that were NaN or infinite, left out of the sums
     uint64_t refused_ray_count;           // rays beyond what can be traced: they met nothing
+    uint64_t missing_count;               // samples whose path lacks caustics of points
     double coverage;                      // samples that met a surface
     double albedo[3], normal[3], depth_m; // sums over the first surfaces met
 };

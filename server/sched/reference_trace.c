@@ -173,6 +173,7 @@ static void take_band(const struct tracing *tracing)
 // What was left out of the picture, and why.
 struct left_out {
     uint64_t nonfinite_count, refused_ray_count;
+    uint64_t missing_count; // pixels
 };
 
 static void store_band(const struct tracing *tracing, struct left_out *left_out)
@@ -183,6 +184,7 @@ static void store_band(const struct tracing *tracing, struct left_out *left_out)
         bd_reference_picture_store(tracing->job->result.layers, x_px, y_px, &tracing->band[i]);
         left_out->nonfinite_count += tracing->band[i].nonfinite_count;
         left_out->refused_ray_count += tracing->band[i].refused_ray_count;
+        left_out->missing_count += tracing->band[i].missing_count > 0;
     }
 }
 
@@ -192,6 +194,9 @@ static void report_left_out(struct bd_report *report, const struct left_out *lef
         bd_report_flag(report, "nonfinite_samples: %llu left out",
                        (unsigned long long)left_out->nonfinite_count);
     bd_report_refused_rays(report, left_out->refused_ray_count);
+    if (left_out->missing_count)
+        bd_report_flag(report, "caustics_unseen: %llu pixels",
+                       (unsigned long long)left_out->missing_count);
 }
 
 static uint64_t pixel_count_of(const struct tracing *tracing)

@@ -37,3 +37,16 @@ def test_a_region_is_a_crop(scene):
     x, y, width, height = 5, 9, 21, 30
     whole, part = indirect(scene), indirect(scene, region=(x, y, width, height))
     assert numpy.array_equal(part[y:y + height, x:x + width], whole[y:y + height, x:x + width])
+
+
+def test_what_points_throw_in_mirrors_is_missing_and_said(scene):
+    """Pixels whose paths met a mirror before what is lit: some, and not the floor's alone; none with a radius, and none without mirrors."""
+    def unseen(**parameters):
+        flags = scene.render(size=SIZE, technique="reference", layers=["indirect"], fresh="all", parameters={"spp": 8, **parameters}).report["flags"]
+        return [int(flag.split()[1]) for flag in flags if flag.startswith("caustics_unseen: ")]
+    count, = unseen()
+    assert 0 < count <= SIZE[0] * SIZE[1]
+    assert unseen(lamp_radius=.01) == unseen(light_vertices="off") == unseen(brdf="lambert") == []
+    with bounced.private() as client:
+        plain = client.scenes.add(SCENES / "cornell.glb")
+        assert not any("caustics" in flag for flag in plain.render(size=SIZE, technique="reference", parameters={"spp": 2}).report["flags"])
