@@ -116,36 +116,43 @@ struct search {
     float enough2;       // nobody asks how much nearer than that all of them are
     uint32_t count;
     float distance2[BD_PHOTONS_NEAR];
+    uint32_t photon[BD_PHOTONS_NEAR];
 };
 
-static void sift_up(struct search *s, uint32_t at, float distance2)
+static void put(struct search *s, uint32_t at, uint32_t photon, float distance2)
 {
-    for (; at > 0 && s->distance2[(at - 1) / 2] < distance2; at = (at - 1) / 2)
-        s->distance2[at] = s->distance2[(at - 1) / 2];
     s->distance2[at] = distance2;
+    s->photon[at] = photon;
+}
+
+static void sift_up(struct search *s, uint32_t photon, float distance2)
+{
+    uint32_t at = s->count++;
+    for (; at > 0 && s->distance2[(at - 1) / 2] < distance2; at = (at - 1) / 2)
+        put(s, at, s->photon[(at - 1) / 2], s->distance2[(at - 1) / 2]);
+    put(s, at, photon, distance2);
 }
 
 // In place of the farthest.
-static void sift_down(struct search *s, float distance2)
+static void sift_down(struct search *s, uint32_t photon, float distance2)
 {
     uint32_t at = 0;
     for (uint32_t child = 1; child < BD_PHOTONS_NEAR; child = 2 * at + 1) {
         child += child + 1 < BD_PHOTONS_NEAR && s->distance2[child + 1] > s->distance2[child];
         if (s->distance2[child] <= distance2) break;
-        s->distance2[at] = s->distance2[child];
+        put(s, at, s->photon[child], s->distance2[child]);
         at = child;
     }
-    s->distance2[at] = distance2;
+    put(s, at, photon, distance2);
 }
 
 static void consider(void *user, uint32_t number, float distance2)
 {
     struct search *s = user;
-    (void)number;
     if (s->count < BD_PHOTONS_NEAR)
-        sift_up(s, s->count++, distance2);
+        sift_up(s, number, distance2);
     else
-        sift_down(s, distance2);
+        sift_down(s, number, distance2);
     if (s->count < BD_PHOTONS_NEAR) return;
     s->disk.within2 = s->distance2[0] > s->enough2 ? s->distance2[0] : 0;
 }
@@ -162,24 +169,40 @@ static float area_of(const struct bd_photon_map *map, const struct bd_disk *disk
     return whole * f_min(part + f_max(part - nearly, 0), 1);
 }
 
-// More than the pilot's that its disk holds take a wider one.
-static float radius_of(const struct bd_photon_map *map, f3 position, f3 normal, float least)
+static float most2_of(const struct bd_photon_map *map)
 {
-    const struct bd_photon_map_how *how = &map->how;
-    const float most2 = how->reach * how->reach, least2 = f_min(least * least, most2);
-    const float wider = f_max((float)how->near / BD_PHOTONS_NEAR, 1);
-    struct search s = {.disk = {position, normal, most2}, .enough2 = least2 / wider};
-    if (how->radius > 0) s.enough2 = most2; // one is enough
+    return map->how.reach * map->how.reach;
+}
+
+// More than the pilot's that its disk holds take a wider one.
+static float wider_of(const struct bd_photon_map *map)
+{
+    return f_max((float)map->how.near / BD_PHOTONS_NEAR, 1);
+}
+
+static struct search pilot_of(const struct bd_photon_map *map, f3 position, f3 normal, float least)
+{
+    const float most2 = most2_of(map), enough2 = f_min(least * least, most2) / wider_of(map);
+    struct search s = {.disk = {position, normal, most2},
+                       .enough2 = map->how.radius > 0 ? most2 : enough2}; // one is enough
     bd_disk_sums_each(&map->flux_sums, &s.disk, NULL, consider, &s);
-    if (s.count == 0) return 0;
-    if (how->radius > 0) return f_min(how->radius, how->reach);
-    return f_sqrt(f_min(f_max(s.disk.within2 * wider, least2), most2));
+    return s;
+}
+
+// Squared.
+static float radius2_of(const struct bd_photon_map *map, const struct search *pilot, float least)
+{
+    const float most2 = most2_of(map);
+    if (pilot->count == 0) return 0;
+    if (map->how.radius > 0) return f_min(map->how.radius * map->how.radius, most2);
+    return f_min(f_max(pilot->disk.within2 * wider_of(map), least * least), most2);
 }
 
 struct bd_photon_disk bd_photon_disk_of(const struct bd_photon_map *map, f3 position, f3 normal,
                                         float least)
 {
-    return (struct bd_photon_disk){position, normal, radius_of(map, position, normal, least)};
+    const struct search pilot = pilot_of(map, position, normal, least);
+    return (struct bd_photon_disk){position, normal, f_sqrt(radius2_of(map, &pilot, least))};
 }
 
 static struct bd_disk on_of(const struct bd_photon_disk *disk)
@@ -231,8 +254,22 @@ void bd_photon_map_each(const struct bd_photon_map *map, const struct bd_photon_
     bd_disk_sums_each(&map->flux_sums, &on, cuts, tell_one, &telling);
 }
 
+// Of a disk that ends at the farthest of those that the pilot found.
+static f3 sum_of_pilot(const struct bd_photon_map *map, const struct search *pilot)
+{
+    f3 sum = f3_of(0, 0, 0);
+    for (uint32_t i = 0; i < pilot->count; i++)
+        sum = f3_add(sum, f3_scale(map->flux[pilot->photon[i]],
+                                   1 - pilot->distance2[i] / pilot->disk.within2));
+    return sum;
+}
+
 f3 bd_photon_map_look(const struct bd_photon_map *map, f3 position, f3 normal, float least)
 {
-    const struct bd_photon_disk disk = bd_photon_disk_of(map, position, normal, least);
-    return bd_photon_map_tell(map, &disk, NULL, NULL);
+    const struct search pilot = pilot_of(map, position, normal, least);
+    const struct bd_disk on = {position, normal, radius2_of(map, &pilot, least)};
+    if (!(on.within2 > 0)) return f3_of(0, 0, 0);
+    const f3 flux = on.within2 == pilot.disk.within2 ? sum_of_pilot(map, &pilot)
+                                                     : bd_disk_sums_of(&map->flux_sums, &on, NULL);
+    return f3_scale(flux, 1 / area_of(map, &on, NULL));
 }
