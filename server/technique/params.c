@@ -207,7 +207,7 @@ static const struct param_row table[BD_PARAM_COUNT] = {
     CHOICE(CAUSTICS, "caustics", caustics, 1,
            "photons of lamps where they land behind glass and mirrors; auto: where there are any",
            "off", "auto"),
-    COUNT(PHOTONS, "photons", photons, 1024, BD_PHOTONS_MAX, 65536,
+    COUNT(PHOTONS, "photons", photons, 1024, BD_PHOTONS_MAX, 131072,
           "that lamps send to glass and mirrors, and of technique photon as many that all lights "
           "send"),
     REAL(PHOTON_RADIUS, "photon_radius", photon_radius_m, 0, 1e6, 0,

@@ -139,7 +139,6 @@ static const struct bd_param_default defaults[] = {
     {BD_PARAM_DEPTH_THRESHOLD, 0.01},
     {BD_PARAM_FINEST, 1}, // 2 pixels
     {BD_PARAM_INDIRECT_BOUNCES, 64},
-    {BD_PARAM_PHOTONS, 1 << 17},
 };
 static const char *const ladder[] = {
     "photons=32768 far_rays=2 depth_threshold=0.02 normal_threshold=0.5 finest=4 light_rays=16",
