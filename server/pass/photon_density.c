@@ -43,6 +43,7 @@ struct density {
     struct bd_surface_hits hits;
     struct bd_ray_counts traced;
     bool of_rough;    // lobes of rough dielectrics are told, too
+    bool of_mean;     // or what is reflected of them in the mean over those who look
     bool lobes_alone; // irradiance is not
     struct bd_err_detail *detail;
 };
@@ -160,9 +161,21 @@ static void tell_light(const struct density *c, uint32_t i, const struct bd_disk
 struct reflecting {
     f3 normal_geometric, normal, viewer, base_color;
     float metallic, roughness, f0_dielectric;
-    f3 returned; // of a unit of irradiance, without its lobe: what the picture has of it
+    f3 returned; // of a unit of irradiance: what the picture has of it otherwise
     f3 irradiance, glossy;
+    f3 reflected; // of all of them
 };
+
+// As shaders/pass/composite has it.
+static f3 returned_by(const struct density *c, const struct reflecting *r, bool has_lobe)
+{
+    const float cosine = f_max(f3_dot(r->normal, r->viewer), 0);
+    const f3 limited = f3_min(r->base_color, diffuse_limit(cosine, r->roughness));
+    if (has_lobe) return f3_scale(r->base_color, 1 - r->metallic);
+    return c->of_rough
+               ? sent_by_diffuse(limited, r->f0_dielectric, cosine)
+               : sent_from_everywhere(r->base_color, r->metallic, r->roughness, r->f0_dielectric);
+}
 
 static struct reflecting reflecting_at(const struct density *c, uint32_t i)
 {
@@ -177,12 +190,7 @@ static struct reflecting reflecting_at(const struct density *c, uint32_t i)
         .roughness = surfaces->roughness[lane],
         .f0_dielectric = surfaces->f0_dielectric[lane],
     };
-    const float cosine = f_max(f3_dot(r.normal, r.viewer), 0);
-    const f3 limited = f3_min(r.base_color, diffuse_limit(cosine, r.roughness));
-    const f3 returned = surfaces->has_lobe[lane] > 0
-                            ? f3_scale(r.base_color, 1 - r.metallic)
-                            : sent_by_diffuse(limited, r.f0_dielectric, cosine);
-    r.returned = f3_scale(returned, 1 / F_PI);
+    r.returned = f3_scale(returned_by(c, &r, surfaces->has_lobe[lane] > 0), 1 / F_PI);
     r.roughness = patch_roughness(r.roughness);
     return r;
 }
@@ -194,10 +202,11 @@ static void reflect(void *user, const struct bd_photon_told *told)
     const float below = f_max(f3_dot(r->normal_geometric, told->way), 1e-6f);
     const f3 irradiance = f3_scale(told->irradiance, f_min(f_max(cosine, 0) / below, BENT_MOST));
     r->irradiance = f3_add(r->irradiance, irradiance);
-    // What rays from the lobe meet is no photon's.
-    if (told->is_met || !(cosine > 0)) return;
+    if (!(cosine > 0)) return;
     const f3 all = gltf_brdf(r->base_color, r->metallic, r->roughness, r->f0_dielectric, r->normal,
                              told->way, r->viewer);
+    r->reflected = f3_add(r->reflected, f3_mul(irradiance, all));
+    if (told->is_met) return; // what rays from the lobe meet is no photon's
     r->glossy = f3_add(r->glossy, f3_mul(irradiance, f3_sub(all, r->returned)));
 }
 
@@ -210,10 +219,21 @@ static void tell_lobe(const struct density *c, uint32_t i, const struct bd_disk_
     if (!c->lobes_alone) f3_add_at(&c->part->light[group].irradiance, lane, r.irradiance);
 }
 
+// So much irradiance as makes the mean what is reflected here.
+static void tell_mean(const struct density *c, uint32_t i, const struct bd_disk_cut *cuts)
+{
+    struct reflecting r = reflecting_at(c, i);
+    bd_photon_map_each(c->inputs->map, &c->disks[i], cuts, reflect, &r);
+    const f3 mean = f3_max(r.returned, 1e-6f);
+    const f3 irradiance =
+        f3_of(r.reflected.x / mean.x, r.reflected.y / mean.y, r.reflected.z / mean.z);
+    f3_add_at(&c->part->light[i / BD_LANES].irradiance, i % BD_LANES, irradiance);
+}
+
 static bool has_lobe(const struct density *c, uint32_t i)
 {
     const struct bd_glossy_receivers *surfaces = c->part->surfaces;
-    return surfaces && (c->of_rough || surfaces[i / BD_LANES].has_lobe[i % BD_LANES] > 0);
+    return c->part->glossy && (c->of_rough || surfaces[i / BD_LANES].has_lobe[i % BD_LANES] > 0);
 }
 
 static void tell_group(void *user, uint32_t group)
@@ -225,6 +245,8 @@ static void tell_group(void *user, uint32_t group)
             c->first_cut[i] == UINT32_MAX ? NULL : c->cuts + c->first_cut[i];
         if (has_lobe(c, i))
             tell_lobe(c, i, cuts);
+        else if (c->of_mean)
+            tell_mean(c, i, cuts);
         else if (!c->lobes_alone)
             tell_light(c, i, cuts);
     }
@@ -306,9 +328,11 @@ static enum bd_err run_at_pixels(const struct bd_pass_context *context,
     struct density c = {.context = *context,
                         .inputs = inputs,
                         .of_rough = indirect->rough != NULL,
+                        .of_mean = !inputs->lambert && !indirect->rough && !lobes_alone,
                         .lobes_alone = lobes_alone,
                         .detail = detail};
     struct bd_receivers_inputs receivers = {.askers = bd_gather_askers(gather),
+                                            .surfaces = !inputs->lambert,
                                             .glossy = lobes_of(indirect) != NULL,
                                             .adds = true,
                                             .bind = bind_pixels,

@@ -17,6 +17,7 @@ struct bd_photon_density_inputs {
     // NULL: nobody.
     const struct bd_visibility_inputs *visibility;
     struct bd_pool *pool;
+    bool lambert;     // pixels reflect by their base colour alone; else by the whole BRDF
     const char *pass; // in the report
 };
 

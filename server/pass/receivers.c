@@ -27,14 +27,20 @@ struct receivers {
 
 // --- room ---------------------------------------------------------------------------------------
 
+static bool has_surfaces(const struct bd_receivers_inputs *inputs)
+{
+    return inputs->surfaces || inputs->glossy;
+}
+
 static enum bd_err get_programs(struct receivers *r, struct bd_err_detail *detail)
 {
     struct bd_defines defines = {0};
     struct bd_gpu *gpu = r->context->gpu;
     bd_askers_define(&r->inputs->askers, &defines);
     if (r->inputs->spread) bd_define(&defines, "BD_SPREAD", 1);
-    if (r->inputs->glossy) bd_define(&defines, "BD_GLOSSY", 1);
     struct bd_defines write = defines, store = defines;
+    if (has_surfaces(r->inputs)) bd_define(&write, "BD_GLOSSY", 1);
+    if (r->inputs->glossy) bd_define(&store, "BD_GLOSSY", 1);
     if (r->inputs->starts) bd_define(&write, "BD_CHOSEN", 1);
     if (r->inputs->noise) bd_define(&store, "BD_NOISE", 1);
     if (r->inputs->adds) bd_define(&store, "BD_ADDS", 1);
@@ -87,7 +93,7 @@ static enum bd_err make_room(struct receivers *r, struct bd_err_detail *detail)
     enum bd_err err = MAKE("receivers", receivers);
     if (!err) err = MAKE("light of receivers", light);
     if (!err && r->inputs->starts) err = MAKE("starts of rays", starts);
-    if (!err && r->inputs->glossy) err = MAKE("surfaces of receivers", surfaces);
+    if (!err && has_surfaces(r->inputs)) err = MAKE("surfaces of receivers", surfaces);
     if (!err && r->inputs->glossy) err = MAKE("glossy light of receivers", glossy);
     return err;
 }

@@ -34,7 +34,8 @@ struct bd_receivers_inputs {
     bool spread;            // is summed too; wants `askers.vector`
     bool noise;             // of their light is kept too
     bool adds;              // to what the images hold
-    bool glossy;            // pixels have surfaces, and what their lobes reflect is kept too
+    bool surfaces;          // pixels have them
+    bool glossy;            // the same, and what their lobes reflect is kept too
     bool starts;            // where rays start is asked for,
     uint64_t seed;          // by which they choose
     uint32_t receivers_max; // of a part; 0 = as many as are convenient

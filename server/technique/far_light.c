@@ -68,6 +68,7 @@ static struct bd_photon_density_inputs caustics_of(const struct bd_technique_inp
                                              .snapshot = inputs->snapshot,
                                              .visibility = visibility,
                                              .pool = inputs->pool,
+                                             .lambert = inputs->params->lambert,
                                              .pass = "caustics"};
 }
 

@@ -28,6 +28,7 @@ static struct bd_photon_density_inputs density_of(const struct bd_technique_inpu
                                              .snapshot = inputs->snapshot,
                                              .visibility = visibility,
                                              .pool = inputs->pool,
+                                             .lambert = inputs->params->lambert,
                                              .pass = pass};
 }
 
