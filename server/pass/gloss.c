@@ -337,6 +337,17 @@ static f3 light_of_place(const struct gloss *g, uint32_t i)
     return light;
 }
 
+// Of lamps that it met behind glass or in mirrors. Where photons bring their light, they tell what
+// wide lobes reflect of it, too: few rays would find them.
+static f3 emission_of(const struct gloss *g, uint32_t i)
+{
+    const struct bd_far_inputs *in = g->inputs;
+    const bool by_photons = in->caustics && !g->shares[i].looks;
+    if (!g->ways || g->ways[i].straight) return f3_of(0, 0, 0);
+    if (by_photons && g->hits[i].triangle != BD_NO_TRIANGLE) return f3_of(0, 0, 0);
+    return bd_onward_emission(in->first, &g->rays[i], &g->hits[i], &g->ways[i]);
+}
+
 // Irradiance where rays end becomes light that their pixels reflect.
 static void reflect_group(void *user, uint32_t group)
 {
@@ -344,10 +355,7 @@ static void reflect_group(void *user, uint32_t group)
     const uint32_t first = g->first_ray[group];
     for (uint32_t i = first; i < first + g->ray_count[group]; i++) {
         const struct bd_way *way = g->ways ? &g->ways[i] : &bd_way_begins;
-        f3 light = f3_mul(way->weight, light_of_place(g, i));
-        if (!way->straight)
-            light =
-                f3_add(light, bd_onward_emission(g->inputs->first, &g->rays[i], &g->hits[i], way));
+        const f3 light = f3_add(f3_mul(way->weight, light_of_place(g, i)), emission_of(g, i));
         g->irradiance[i] = f3_mul(light, g->shares[i].beyond);
     }
 }

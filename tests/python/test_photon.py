@@ -3,7 +3,7 @@ import bounced
 import numpy
 import pytest
 from conftest import SCENES
-from glass_scenes import GLASS, GREY, add, pane, sphere, walls
+from glass_scenes import GLASS, GREY, add, lamp, pane, sphere, walls
 
 SIZE = (48, 48)
 IMAGES = {"intersections": "images"}
@@ -187,6 +187,12 @@ RECEIVERS = {"matt": (GREY, (0, 0, 1)), "normals that lean": (GREY, (.5, .3, 1))
              "gloss that leans": ({"pbrMetallicRoughness": {"metallicFactor": 0, "roughnessFactor": .45, "baseColorFactor": [.2, .2, .2, 1]}}, (.2, 0, 1))}
 
 
+def tilted_mirror():
+    """That sends what comes along -z on along +x."""
+    turn = numpy.float32([[.5 ** .5, 0, -.5 ** .5], [0, 1, 0], [.5 ** .5, 0, .5 ** .5]])
+    return tuple(pane(0, .5)[i] @ turn for i in (0, 1)) + (pane(0, .5)[2],)
+
+
 @pytest.mark.parametrize("technique, sub_frames", [("photon", 1), ("photon", 4), ("many_light", 1), ("many_light", 4)])
 @pytest.mark.parametrize("receiver", RECEIVERS)
 def test_a_wall_is_lit_by_a_mirror_as_by_the_lamp(client, tmp_path, receiver, technique, sub_frames):
@@ -194,15 +200,35 @@ def test_a_wall_is_lit_by_a_mirror_as_by_the_lamp(client, tmp_path, receiver, te
     material, normal = RECEIVERS[receiver]
     wall = leaning(pane(-2, .6), normal)
     spot = {"type": "spot", "intensity": 100, "spot": {"innerConeAngle": .05, "outerConeAngle": .06}}
-    turn = numpy.float32([[.5 ** .5, 0, -.5 ** .5], [0, 1, 0], [.5 ** .5, 0, .5 ** .5]])
-    mirror = tuple(pane(0, .5)[i] @ turn for i in (0, 1)) + (pane(0, .5)[2],)
     straight = add(client, tmp_path, [(wall, material)], light=spot)
-    by_mirror = add(client, tmp_path, [(folded(wall), material), (mirror, MIRROR)], light=spot)
+    by_mirror = add(client, tmp_path, [(folded(wall), material), (tilted_mirror(), MIRROR)], light=spot)
     wanted = light(straight.render(size=SIZE, technique="direct", layers=["direct"], pose=bounced.Pose((0, 1.2, 0), (0, 0, -2), yfov=.3)), "direct")
     got = light(by_mirror.render(size=SIZE, technique=technique, layers=["indirect"], aa=sub_frames, parameters={"photons": 131072},
                                  pose=bounced.Pose((0, 1.2, 0), (2, 0, 0), yfov=.3)))
     print(got.sum((0, 1)) / wanted.sum((0, 1)))
     assert got.sum((0, 1)) == pytest.approx(wanted.sum((0, 1)), rel=.01)
+
+
+@pytest.mark.parametrize("receiver", ["rough metal", "rough plastic"])
+def test_lobes_reflect_what_a_mirror_throws_of_an_emitter(client, tmp_path, receiver):
+    """Told by photons, which a lobe's few rays would hardly find; screens keep all but the beam away."""
+    material, _ = RECEIVERS[receiver]
+    black = {"pbrMetallicRoughness": {"baseColorFactor": [0, 0, 0, 1]}, "extensions": {"KHR_materials_ior": {"ior": 1}}, "doubleSided": True}
+    tube = [(tuple(numpy.ascontiguousarray(numpy.roll(a, axis, 1)) if a.dtype == numpy.float32 else a for a in pane(side * .3, .3)), black)
+            for axis in (1, 2) for side in (-1, 1)]
+    tube = [((mesh[0] + numpy.float32((0, 0, 3.6)), mesh[1], mesh[2]), black) for mesh, black in tube]
+    parts = [*tube, (moved(pane(0, .05, -1), (0, 0, 3.8)), lamp(1e5))]
+    straight = add(client, tmp_path, [*parts, (pane(-2, .6), material)])
+    by_mirror = add(client, tmp_path, [*parts, (folded(pane(-2, .6)), material), (tilted_mirror(), MIRROR)])
+    wanted = light(straight.render(size=SIZE, technique="direct", layers=["direct"], parameters={"light_rays": 64},
+                                   pose=bounced.Pose((0, 1.2, 0), (0, 0, -2), yfov=.15)), "direct")
+    got = light(by_mirror.render(size=SIZE, technique="many_light", layers=["indirect"], pose=bounced.Pose((0, 1.2, 0), (2, 0, 0), yfov=.15)))
+    print(got.sum((0, 1)) / wanted.sum((0, 1)))
+    assert got.sum((0, 1)) == pytest.approx(wanted.sum((0, 1)), rel=.02)
+
+
+def moved(mesh, by):
+    return mesh[0] + numpy.float32(by), mesh[1], mesh[2]
 
 
 @pytest.mark.parametrize("technique", ["photon", "many_light"])
