@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "kernel/brdf.h"
 #include "lights/sent.h"
 #include "tests/analytic/world.h"
 #include "tests/unit/cmocka_all.h"
@@ -85,11 +86,15 @@ static int32_t add_mirror(struct world *w)
     return mirror;
 }
 
-// Per candela, of a lamp so far before a wall of albedo one half and so far aside.
+// Per candela, of a lamp so far before a matt wall of base colour one half and so far aside, seen
+// from straight before it.
 static double of_wall(double x, double y, double z)
 {
-    const double distance2 = x * x + y * y + z * z;
-    return 0.5 / M_PI * x / (distance2 * sqrt(distance2));
+    const double distance2 = x * x + y * y + z * z, distance = sqrt(distance2);
+    const f3 ahead = f3_of(0, 0, 1), base = f3_of(.5f, .5f, .5f);
+    const f3 way = f3_of((float)(y / distance), (float)(z / distance), (float)(x / distance));
+    const double brdf = (double)gltf_brdf(base, 0, 1, .04f, ahead, way, ahead).x;
+    return brdf * x / (distance2 * distance);
 }
 
 // A mirror at x = -1, a wall at x = 1, a lamp between, which lights the wall by the mirror, too
