@@ -93,10 +93,10 @@ static const struct bd_param_default defaults[] = {
 };
 static const char *const ladder[] = {
     "vpls=512 rays=2 far_rays=2 walk_vpls=512 cache_cells=512 light_rays=16 photons=32768",
-    "vpls=1024 rays=4 far_rays=4 walk_vpls=2048 cache_cells=2048 light_rays=16 photons=65536",
-    "vpls=2048 rays=8 far_rays=8 walk_vpls=4096 cache_cells=4096 light_rays=16 photons=131072",
-    "vpls=4096 rays=16 far_rays=16 walk_vpls=4096 cache_cells=4096 light_rays=32 photons=262144",
-    "vpls=8192 rays=32 far_rays=32 walk_vpls=8192 cache_cells=8192 light_rays=32 photons=524288",
+    "vpls=1024 rays=4 far_rays=4 walk_vpls=2048 cache_cells=2048 light_rays=16 photons=131072",
+    "vpls=2048 rays=8 far_rays=8 walk_vpls=4096 cache_cells=4096 light_rays=16 photons=262144",
+    "vpls=4096 rays=16 far_rays=16 walk_vpls=4096 cache_cells=4096 light_rays=32 photons=524288",
+    "vpls=8192 rays=32 far_rays=32 walk_vpls=8192 cache_cells=8192 light_rays=32 photons=1048576",
     "vpls=16384 rays=64 far_rays=64 walk_vpls=16384 cache_cells=32768 light_rays=64 "
     "photons=1048576",
     "vpls=32768 rays=128 far_rays=128 walk_vpls=32768 cache_cells=65536 light_rays=64 "
