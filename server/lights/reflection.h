@@ -21,6 +21,15 @@ struct bd_reflecting {
 struct bd_reflecting bd_reflecting_at(const struct bd_surface_hits *hits,
                                       const struct bd_surface_point *at, float u, float v);
 
+// Under a normal that leans irradiance is as much more as light comes to it under a larger cosine.
+// Held, since what grazes the triangle says too much: as the upsampling does (pass/upsample.h).
+#define BD_BENT_MOST 4.0f
+static inline float bd_bent(f3 normal, f3 normal_geometric, f3 way)
+{
+    const float below = f_max(f3_dot(normal_geometric, way), 1e-6f);
+    return f_min(f_max(f3_dot(normal, way), 0) / below, BD_BENT_MOST);
+}
+
 struct bd_reflection {
     f3 direction; // unit
     f3 weight;    // of flux that goes along it, 0 to about 1 / the lobe's part

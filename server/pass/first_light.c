@@ -21,8 +21,6 @@
 #define UNITS_PER_PLACE    300.0
 #define UNITS_PER_PUNCTUAL 4.0
 #define UNITS_PER_SUM      40.0
-// Under another normal than the triangle's own.
-#define BENT_MOST 4.0f
 // Numbers that nobody else of a frame draws by its seed.
 #define OF_PUNCTUALS 0x6c616d70u
 
@@ -182,8 +180,7 @@ static void sum_reflected(const struct lighting *l, uint32_t i)
     for (uint32_t r = i * l->ray_count; r < (i + 1) * l->ray_count; r++) {
         if (!is_brought(l, r)) continue;
         const f3 way = way_of(&l->segments[r]);
-        const float below = f_max(f3_dot(s.normal_geometric, way), 1e-6f);
-        const float bent = f_min(f_max(f3_dot(s.normal, way), 0) / below, BENT_MOST);
+        const float bent = bd_bent(s.normal, s.normal_geometric, way);
         const f3 brdf = gltf_brdf(s.base_color, s.metallic, patch_roughness(s.roughness),
                                   s.f0_dielectric, s.normal, way, viewer);
         sum = f3_add(sum, f3_scale(f3_mul(l->brought[r], brdf), bent));

@@ -3,8 +3,12 @@
 // 1995). What a ray meets is lit there and then, by all lights and by a cache of irradiance:
 // mirrors show what they should, and rough floors no points of light.
 //
+// Mirrors, and who looks into glass, see first light as the whole BRDF reflects it. Wider lobes see
+// surfaces as they look where they have no highlight, and leave lamps behind glass and in mirrors
+// to photons (pass/photon_density.h) where there are such.
+//
 // Of each pixel half of the rays make one picture and half another. Unbiased but for the cache, and
-// but for what specular surfaces send on, which counts as sent by diffuse ones.
+// but for what specular surfaces send on of other light, which counts as sent by diffuse ones.
 // Cost: some .7 us of one core a ray, of pixels that have a lobe (conference room).
 //
 // Thread: render thread, and the pool's.

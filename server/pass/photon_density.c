@@ -7,7 +7,7 @@
 #include "kernel/brdf.h"
 #include "kernel/sent.h"
 #include "lights/directions.h"
-#include "lights/surface_hits.h"
+#include "lights/reflection.h"
 #include "pass/f3_arrays.h"
 #include "pass/kernels.h"
 #include "pass/nearest.h"
@@ -135,15 +135,12 @@ static enum bd_err look_round(struct density *c)
 
 // --- their light --------------------------------------------------------------------------------
 
-// An irradiance seen under another normal, as the upsampling does it: by the cosines of the
-// irradiance vector. Held, since what grazes the disk's normal says too much.
-#define BENT_MOST 4.0f
-
+// An irradiance seen under another normal, by the cosines of the irradiance vector.
 static f3 bent(f3 irradiance, f3 vector, f3 normal)
 {
     const float all = all_channels(irradiance);
     if (!(all > 0)) return irradiance;
-    return f3_scale(irradiance, f_min(f_max(f3_dot(vector, normal) / all, 0), BENT_MOST));
+    return f3_scale(irradiance, f_min(f_max(f3_dot(vector, normal) / all, 0), BD_BENT_MOST));
 }
 
 static void tell_light(const struct density *c, uint32_t i, const struct bd_disk_cut *cuts)
@@ -198,11 +195,10 @@ static struct reflecting reflecting_at(const struct density *c, uint32_t i)
 static void reflect(void *user, const struct bd_photon_told *told)
 {
     struct reflecting *r = user;
-    const float cosine = f3_dot(r->normal, told->way);
-    const float below = f_max(f3_dot(r->normal_geometric, told->way), 1e-6f);
-    const f3 irradiance = f3_scale(told->irradiance, f_min(f_max(cosine, 0) / below, BENT_MOST));
+    const float bend = bd_bent(r->normal, r->normal_geometric, told->way);
+    const f3 irradiance = f3_scale(told->irradiance, bend);
     r->irradiance = f3_add(r->irradiance, irradiance);
-    if (!(cosine > 0)) return;
+    if (!(bend > 0)) return;
     const f3 all = gltf_brdf(r->base_color, r->metallic, r->roughness, r->f0_dielectric, r->normal,
                              told->way, r->viewer);
     r->reflected = f3_add(r->reflected, f3_mul(irradiance, all));
