@@ -223,7 +223,7 @@ static void auto_begins_with_less(void **cmocka)
     assert_false(bd_view_has_step(&request, sizeof steps / sizeof *steps));
     // From between, as far as to the last rung but one step.
     static const char *const third[] = {"vpls=2048",      "rays=8",           "far_rays=8",
-                                        "walk_vpls=4096", "cache_cells=4096", "photons=131072"};
+                                        "walk_vpls=4096", "cache_cells=4096", "photons=262144"};
     for (int i = 0; i < 6; i++)
         assert_int_equal(bd_param_list_add(&request.params, third[i], NULL), BD_ERR_OK);
     static const char *const rays[] = {"32", "128", "128", "128", "128"};
