@@ -18,7 +18,7 @@
 
 #include "pass/far.h"
 
-// `inputs->rays` of either kind. `points`, `area` and `sends` are not read. Makes `glossy` and
+// `inputs->rays` of either kind. `points` and `area` are not read. Makes `glossy` and
 // `noise_glossy` of `indirect`, which has neither; adds to its `rays`. In a pass "gloss".
 BD_MUST_CHECK
 enum bd_err bd_gloss_run(const struct bd_pass_context *context, const struct bd_far_inputs *inputs,

@@ -18,6 +18,7 @@ enum bd_err bd_glass_light(const struct bd_pass_context *context,
         .first = inputs->first_light,
         .rays = rays,
         .seed = inputs->seed_of_sub_frame,
+        .sends = BD_SENDS_ALL,
         .glass = BD_GLASS_PASSES,
         .seen = {list && list->count > 0 ? list : NULL, VPL_RAYS, &of_vpls},
     };
