@@ -5,8 +5,8 @@
 // Many points cost little: of a part of their tree that lies on the disk whole, its moments tell
 // what its points would, but for rounding. Those along the edge are looked at one by one.
 //
-// A function of the points and their order. Cost: 20 ns a point to build; a disk of 30 points 1 us,
-// of 100,000 some 20.
+// A function of the points and their order. Cost: 120 ns a point to build; a disk of 30 points 2
+// us, of 3,000 points 17, of 100,000 points 130.
 //
 // Private to lights/, but for the cuts. Thread: built by one, then read by all.
 
@@ -59,8 +59,8 @@ uint64_t bd_disk_sums_bytes(const struct bd_disk_sums *sums);
 // `cuts`: BD_DISK_CUTS, or NULL: nothing stands there.
 f3 bd_disk_sums_of(const struct bd_disk_sums *sums, const struct bd_disk *disk,
                    const struct bd_disk_cut *cuts);
-// Shows who asks each of the points, near ones first but for some: for what no sum tells. The disk
-// may grow smaller meanwhile.
+// Calls `look` for each of the points, for what no sum tells: those of near parts first. `look` may
+// make the disk smaller.
 void bd_disk_sums_each(const struct bd_disk_sums *sums, const struct bd_disk *disk,
                        const struct bd_disk_cut *cuts,
                        void (*look)(void *user, uint32_t number, float distance2), void *user);
