@@ -72,8 +72,8 @@ struct gloss {
     struct bd_surface_point *places; // `triangle` BD_NO_TRIANGLE: nothing that sends light
     f3 *irradiance;                  // there; then what the pixel reflects of it
     float *cosine;                   // under which it comes there
-    bool *are_looked_at;             // places of which is told what they
-    f3 *seen;                        // reflect of first light, instead
+    bool *are_looked_at;             // places: in a mirror or through glass
+    f3 *seen;                        // what those reflect of first light, instead of its irradiance
     // Of the picture: four floats a pixel.
     float *half[HALVES];
     struct bd_ray_counts traced;
@@ -305,9 +305,9 @@ static void place_group(void *user, uint32_t group)
     }
 }
 
-// What a place sends of a unit of irradiance. A lobe sees it as it looks where it has no highlight;
-// what a rough one sees of many highlights is their mean, as of light from many sides is what a
-// mirror sees.
+// What a place sends of a unit of irradiance: in the mean to rough lobes, which see many
+// highlights, and to mirrors, of light that comes from many sides; to other lobes as it looks where
+// it has no highlight.
 static f3 sent(const struct gloss *g, uint32_t i, float cosine)
 {
     const struct bd_ray_hit *hit = &g->hits[i];
