@@ -305,16 +305,12 @@ static void place_group(void *user, uint32_t group)
     }
 }
 
-// What a place sends of a unit of irradiance: in the mean to rough lobes, which see many
-// highlights, and to mirrors, of light that comes from many sides; to other lobes as it looks where
-// it has no highlight.
+// What a place sends of a unit of irradiance, in the mean over the directions that it sends to.
 static f3 sent(const struct gloss *g, uint32_t i, float cosine)
 {
     const struct bd_ray_hit *hit = &g->hits[i];
-    const bool is_mean = g->asked.of_rough || g->are_looked_at[i];
-    const f3 diffuse =
-        bd_surface_hit_diffuse(&g->surfaces, hit->triangle, hit->u, hit->v,
-                               is_mean ? g->inputs->sends : BD_SENDS_LAMBERT, cosine);
+    const f3 diffuse = bd_surface_hit_diffuse(&g->surfaces, hit->triangle, hit->u, hit->v,
+                                              g->inputs->sends, cosine);
     return f3_scale(diffuse, 1 / F_PI);
 }
 

@@ -371,3 +371,18 @@ def test_glass_that_is_edited_is_as_if_made_so(client, tmp_path, shines):
             assert numpy.array_equal(picture, scene.render(technique=name, parameters=EDITED[name], fresh="all", **asked).layers["beauty"]), (fields, name)
         assert before is None or not numpy.array_equal(kept["many_light"], before), fields
         before = kept["many_light"]
+
+
+@pytest.mark.parametrize("technique, roughness", [("many_light", 1), ("photon", 1), ("many_light", .7), ("photon", .7)])
+def test_a_room_of_rough_metal_is_lit_as_it_is(client, tmp_path, technique, roughness):
+    """Lobes look at what such metal sends on, and not at its colour."""
+    metal = {"pbrMetallicRoughness": {"metallicFactor": 1, "roughnessFactor": roughness, "baseColorFactor": [.5, .5, .5, 1]},
+             "doubleSided": True}
+    scene = add(client, tmp_path, [(mesh, metal) for mesh, _ in walls()], light=LIGHTS[0], at=(.2, .3, 0))
+
+    def mean(technique, **parameters):
+        frame = scene.render(size=(24, 24), technique=technique, layers=["indirect"], pose=bounced.Pose((0, 0, .95), (0, 0, -1), yfov=1.4),
+                             parameters=parameters)
+        return float(frame.layers["indirect"][..., :3].mean())
+
+    assert mean(technique, far_rays=16) == pytest.approx(mean("reference", spp=1024), rel=.09)
