@@ -2,8 +2,6 @@
 
 #include <stdlib.h>
 
-#include "lights/sequence.h"
-
 // Of points' mean distance from each other: how far off one may be that stands for a place.
 #define REACH 16.0f
 // Beyond it a crowd of surfaces that face otherwise is searched no further.
@@ -12,8 +10,6 @@
 #define FACES_ALIKE 0.5f
 // So few are looked at one by one: half the time of dividing them.
 #define LEAF_POINTS 8u
-// Dividing fewer takes a fraction of a millisecond.
-#define POINTS_TO_PAUSE 4096u
 
 struct building {
     enum bd_err (*pause)(void *user);
@@ -21,74 +17,12 @@ struct building {
     enum bd_err err;
 };
 
-static float along(f3 v, uint32_t axis)
-{
-    return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
-}
-
-static uint32_t widest_axis(const struct bd_point_node *nodes, uint32_t count)
-{
-    float least[3], most[3];
-    for (uint32_t a = 0; a < 3; a++) least[a] = most[a] = along(nodes[0].position, a);
-    for (uint32_t i = 1; i < count; i++)
-        for (uint32_t a = 0; a < 3; a++) {
-            least[a] = f_min(least[a], along(nodes[i].position, a));
-            most[a] = f_max(most[a], along(nodes[i].position, a));
-        }
-    uint32_t widest = 0;
-    for (uint32_t a = 1; a < 3; a++)
-        if (most[a] - least[a] > most[widest] - least[widest]) widest = a;
-    return widest;
-}
-
-static bool is_before(const struct bd_point_node *a, const struct bd_point_node *b, uint32_t axis)
-{
-    const float x = along(a->position, axis), y = along(b->position, axis);
-    return x != y ? x < y : a->point < b->point;
-}
-
-static void swap(struct bd_point_node *a, struct bd_point_node *b)
-{
-    const struct bd_point_node was = *a;
-    *a = *b;
-    *b = was;
-}
-
-static uint32_t part_at(struct bd_point_node *nodes, uint32_t count, uint32_t axis, uint32_t pivot)
-{
-    uint32_t at = 0;
-    swap(&nodes[pivot], &nodes[count - 1]);
-    for (uint32_t i = 0; i + 1 < count; i++)
-        if (is_before(&nodes[i], &nodes[count - 1], axis)) swap(&nodes[i], &nodes[at++]);
-    swap(&nodes[at], &nodes[count - 1]);
-    return at;
-}
-
-// The one in the middle along the axis comes there, those before it before it (Hoare 1961).
-static void part_in_the_middle(struct bd_point_node *nodes, uint32_t count, uint32_t axis)
-{
-    const uint32_t wanted = count / 2;
-    uint32_t first = 0, left = count;
-    while (left > 1) {
-        // By no place that a scene could be made for.
-        const uint32_t pivot = bd_stirred(left ^ first << 16) % left;
-        const uint32_t at = first + part_at(nodes + first, left, axis, pivot);
-        if (at == wanted) return;
-        if (at > wanted) {
-            left = at - first;
-        } else {
-            left -= at + 1 - first;
-            first = at + 1;
-        }
-    }
-}
-
 static void divide(struct building *b, struct bd_point_node *nodes, uint32_t count)
 {
-    if (count >= POINTS_TO_PAUSE && !b->err) b->err = b->pause(b->user);
+    if (count >= BD_POINTS_TO_PAUSE && !b->err) b->err = b->pause(b->user);
     if (count <= LEAF_POINTS || b->err) return;
-    const uint32_t axis = widest_axis(nodes, count), middle = count / 2;
-    part_in_the_middle(nodes, count, axis);
+    const uint32_t middle = count / 2;
+    const uint32_t axis = bd_point_halves(nodes, count, middle);
     nodes[middle].axis = axis & 3;
     divide(b, nodes, middle);
     divide(b, nodes + middle + 1, count - middle - 1);
@@ -161,7 +95,7 @@ static void visit(struct search *s, const struct bd_point_node *nodes, uint32_t 
     }
     const uint32_t middle = count / 2;
     const struct bd_point_node *node = &nodes[middle];
-    const float off = along(s->position, node->axis) - along(node->position, node->axis);
+    const float off = bd_along(s->position, node->axis) - bd_along(node->position, node->axis);
     const struct bd_point_node *behind = node + 1;
     const uint32_t behind_count = count - middle - 1;
     s->visits++;

@@ -10,12 +10,8 @@
 #ifndef BD_LIGHTS_POINT_TREE_H
 #define BD_LIGHTS_POINT_TREE_H
 
+#include "lights/point_halves.h"
 #include "lights/surface_points.h"
-
-struct bd_point_node {
-    f3 position, normal;
-    uint32_t point : 30, axis : 2;
-};
 
 _Static_assert(BD_SURFACE_POINTS_MAX < 1 << 30, "points have numbers");
 
