@@ -32,12 +32,11 @@ struct spreading {
     struct part *parts;
     size_t part_count;
     struct bd_sequence sequence;
-    enum bd_sends sends;
-    bool by_coverage;
+    struct bd_surface_points_how how;
     enum bd_err (*pause)(void *user);
     void *user;
     double area, passed; // of all; of the triangles so far
-    uint32_t asked, next;
+    uint32_t next;
 };
 
 // A triangle of an instance.
@@ -59,12 +58,12 @@ static const struct bd_primitive *primitive_of(const struct spreading *s,
 
 static bool only_hides(const struct spreading *s)
 {
-    return s->sends == BD_SENDS_NOTHING;
+    return s->how.sends == BD_SENDS_NOTHING;
 }
 
 static int sides_of(const struct spreading *s, const struct bd_material *material)
 {
-    return material->double_sided && !only_hides(s) ? 2 : 1;
+    return material->double_sided && !only_hides(s) && !s->how.once ? 2 : 1;
 }
 
 static enum bd_err visit_part(struct spreading *s, const struct part *part, visit_fn *visit)
@@ -74,7 +73,7 @@ static enum bd_err visit_part(struct spreading *s, const struct part *part, visi
     struct place place = {.primitive = primitive,
                           .material = &s->scene->materials[primitive->material]};
     enum bd_err err = BD_ERR_OK;
-    if (place.material->unlit && !only_hides(s)) return err;
+    if (place.material->unlit && !only_hides(s) && !s->how.once) return err;
     for (uint32_t t = 0; !err && t < run->triangles_per_instance; t++) {
         place.index = primitive->index + 3 * (size_t)t;
         place.number = (uint32_t)(run->first_triangle +
@@ -149,7 +148,7 @@ static void measure(struct spreading *s, const struct place *place)
 
 static bool is_left_out(const struct spreading *s, const struct bd_material *material, float alpha)
 {
-    const bool by_chance = material->alpha_mode == BD_ALPHA_BLEND && s->by_coverage;
+    const bool by_chance = material->alpha_mode == BD_ALPHA_BLEND && s->how.by_coverage;
     return by_chance ? bd_stirred(s->next) * 0x1p-32 >= alpha : bd_is_cut_out(material, alpha);
 }
 
@@ -174,19 +173,20 @@ static void add_point(struct spreading *s, const struct place *place, bool is_be
         .position = bd_triangle_place_at(&place->at, u, v),
         .normal = f3_scale(place->at.normal, is_behind ? -1 : 1),
         .triangle = place->number,
+        .is_two_sided = place->material->double_sided,
         .number = only_hides(s) ? s->next : 0,
     };
-    if (!only_hides(s))
+    if (!only_hides(s) && !place->material->unlit)
         to->diffuse =
-            bd_sent_beside_interface(s->scene, place->primitive, place->index, u, v, s->sends,
+            bd_sent_beside_interface(s->scene, place->primitive, place->index, u, v, s->how.sends,
                                      bd_diffuse_of(s->scene, place->primitive, place->index, u, v,
-                                                   color.rgb, s->sends, BD_FROM_EVERYWHERE));
+                                                   color.rgb, s->how.sends, BD_FROM_EVERYWHERE));
 }
 
 // Where the next point lies on the way through all area, before `s->passed` plus this much.
 static bool has_next_before(const struct spreading *s, double area)
 {
-    return s->next < s->asked && (s->next + 0.5) * s->area < (s->passed + area) * s->asked;
+    return s->next < s->how.count && (s->next + 0.5) * s->area < (s->passed + area) * s->how.count;
 }
 
 static void spread(struct spreading *s, const struct place *place)
@@ -198,10 +198,11 @@ static void spread(struct spreading *s, const struct place *place)
 }
 
 enum bd_err bd_surface_points_init(struct bd_surface_points *points, const struct bd_scene *scene,
-                                   uint32_t count, enum bd_sends sends, bool by_coverage,
+                                   const struct bd_surface_points_how *how,
                                    enum bd_err (*pause)(void *user), void *user,
                                    struct bd_err_detail *detail)
 {
+    const uint32_t count = how->count;
     BD_ASSERT(count > 0 && count <= BD_SURFACE_POINTS_MAX);
     *points = (struct bd_surface_points){.points = malloc(count * sizeof *points->points)};
     if (!points->points)
@@ -210,12 +211,10 @@ enum bd_err bd_surface_points_init(struct bd_surface_points *points, const struc
         .points = points,
         .scene = scene,
         .space = bd_render_space_of(scene),
-        .sequence = bd_sequence_of(0, 0),
-        .sends = sends,
-        .by_coverage = by_coverage,
+        .sequence = bd_sequence_of(how->seed, 0),
+        .how = *how,
         .pause = pause,
         .user = user,
-        .asked = count,
     };
     bd_triangle_order_init(&s.order, scene);
     enum bd_err err = list_parts(&s);

@@ -40,6 +40,7 @@ struct bd_surface_point {
     f3 position, normal; // render space; unit, the triangle's own, to the side it lies on
     f3 diffuse;          // albedo, of what it sends on
     uint32_t triangle;
+    bool is_two_sided; // the triangle
     // By which it draws what is left to chance; whoever finds it says which. Of what hides: its
     // place among those that were asked for, some of which are cut out.
     uint32_t number;
@@ -51,12 +52,21 @@ struct bd_surface_points {
     struct bd_surface_point *points;
 };
 
+struct bd_surface_points_how {
+    uint32_t count; // 1 to BD_SURFACE_POINTS_MAX
+    enum bd_sends sends;
+    bool by_coverage;
+    // Points of both sides are one, on the front; what is unlit has some, too.
+    bool once;
+    uint32_t seed; // of where they lie within their parts of triangles
+};
+
 // What blends has points as often as it is opaque, or where it is so by half. `pause` as in
 // lights/area_lights.h.
-// BD_ERR_NO_MEMORY, or what `pause` returns. `count`: 1 to BD_SURFACE_POINTS_MAX.
+// BD_ERR_NO_MEMORY, or what `pause` returns.
 BD_MUST_CHECK
 enum bd_err bd_surface_points_init(struct bd_surface_points *points, const struct bd_scene *scene,
-                                   uint32_t count, enum bd_sends sends, bool by_coverage,
+                                   const struct bd_surface_points_how *how,
                                    enum bd_err (*pause)(void *user), void *user,
                                    struct bd_err_detail *detail);
 void bd_surface_points_finish(struct bd_surface_points *points);

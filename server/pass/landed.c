@@ -23,9 +23,13 @@ enum bd_err bd_landed_map(const struct bd_pass_context *context, const struct bd
     struct bd_photon_map_how whole = *how;
     whole.surfaces = &surfaces;
     bd_slicer_work(context->slicer, "surface points");
-    enum bd_err err = bd_surface_points_init(
-        &surfaces, snapshot, wanted < BD_SURFACE_POINTS_MAX ? wanted : BD_SURFACE_POINTS_MAX,
-        BD_SENDS_LAMBERT, by_coverage, bd_slicer_pause, context->slicer, detail);
+    const struct bd_surface_points_how evenly = {
+        .count = wanted < BD_SURFACE_POINTS_MAX ? wanted : BD_SURFACE_POINTS_MAX,
+        .sends = BD_SENDS_LAMBERT,
+        .by_coverage = by_coverage,
+    };
+    enum bd_err err = bd_surface_points_init(&surfaces, snapshot, &evenly, bd_slicer_pause,
+                                             context->slicer, detail);
     bd_slicer_work(context->slicer, "photon map");
     if (!err)
         err = bd_photon_map_create(photons, count, &whole, bd_slicer_pause, context->slicer, out,

@@ -141,11 +141,14 @@ static uint32_t points_of(const struct bd_light_paths_inputs *in)
 
 static enum bd_err spread_points(struct paths *p)
 {
+    const struct bd_surface_points_how how = {
+        .count = points_of(p->inputs),
+        .sends = p->inputs->sends,
+        .by_coverage = p->inputs->visibility.alpha == BD_RAYS_ALPHA_COVERAGE,
+    };
     bd_slicer_work(p->context.slicer, "surface points");
-    return bd_surface_points_init(&p->points, p->inputs->snapshot, points_of(p->inputs),
-                                  p->inputs->sends,
-                                  p->inputs->visibility.alpha == BD_RAYS_ALPHA_COVERAGE,
-                                  bd_slicer_pause, p->context.slicer, p->detail);
+    return bd_surface_points_init(&p->points, p->inputs->snapshot, &how, bd_slicer_pause,
+                                  p->context.slicer, p->detail);
 }
 
 static enum bd_err make_room(struct paths *p)

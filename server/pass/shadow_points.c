@@ -59,9 +59,13 @@ enum bd_err bd_shadow_points_run(const struct bd_pass_context *context,
     *out = NULL;
     BD_ASSERT(per_set >= BD_SHADOW_POINTS_MIN && per_set <= BD_SHADOW_POINTS_MAX);
     bd_slicer_work(context->slicer, "shadow points");
-    enum bd_err err = bd_surface_points_init(&spread, scene, per_set * BD_SURFACE_POINT_SETS,
-                                             BD_SENDS_NOTHING, alpha == BD_RAYS_ALPHA_COVERAGE,
-                                             bd_slicer_pause, context->slicer, detail);
+    const struct bd_surface_points_how how = {
+        .count = per_set * BD_SURFACE_POINT_SETS,
+        .sends = BD_SENDS_NOTHING,
+        .by_coverage = alpha == BD_RAYS_ALPHA_COVERAGE,
+    };
+    enum bd_err err =
+        bd_surface_points_init(&spread, scene, &how, bd_slicer_pause, context->slicer, detail);
     if (err) return err;
     struct bd_shadow_points *points = *out = calloc(1, sizeof *points);
     BD_ASSERT(points);

@@ -468,9 +468,10 @@ static void points_lie_by_area_on_both_sides(void **state)
     w->scene->materials[of[1]].double_sided = true;
     w->scene->materials[of[2]].unlit = true;
     world_finish(w);
-    assert_int_equal(
-        bd_surface_points_init(&points, w->scene, 6000, true, false, go_on, NULL, &detail),
-        BD_ERR_OK);
+    const struct bd_surface_points_how how = {.count = 6000,
+                                              .sends = BD_SENDS_DIFFUSE_BESIDE_GLASS};
+    assert_int_equal(bd_surface_points_init(&points, w->scene, &how, go_on, NULL, &detail),
+                     BD_ERR_OK);
     uint32_t on_large = 0, above = 0, below = 0;
     for (uint32_t i = 0; i < points.count; i++) {
         const struct bd_surface_point *p = &points.points[i];
@@ -495,8 +496,9 @@ static void count_hiding(struct world *w, bool by_coverage, uint32_t set, uint32
     bool hit[8][8] = {{0}};
     memset(of, 0, 3 * sizeof *of);
     *cells = 0;
-    assert_int_equal(bd_surface_points_init(&points, w->scene, 9216, BD_SENDS_NOTHING, by_coverage,
-                                            go_on, NULL, &detail),
+    const struct bd_surface_points_how how = {
+        .count = 9216, .sends = BD_SENDS_NOTHING, .by_coverage = by_coverage};
+    assert_int_equal(bd_surface_points_init(&points, w->scene, &how, go_on, NULL, &detail),
                      BD_ERR_OK);
     float least = INFINITY, most = -INFINITY;
     for (uint32_t i = 0; i < points.count; i++) {

@@ -58,9 +58,8 @@ static void set_out(struct place *place)
     struct bd_surface_points points;
     struct bd_err_detail detail = {0};
     const struct bd_sequence sequence = bd_sequence_of(3, 5);
-    check(bd_surface_points_init(&points, place->scene, RAYS, BD_SENDS_LAMBERT, false, go_on, NULL,
-                                 &detail),
-          &detail);
+    const struct bd_surface_points_how how = {.count = RAYS, .sends = BD_SENDS_LAMBERT};
+    check(bd_surface_points_init(&points, place->scene, &how, go_on, NULL, &detail), &detail);
     place->count = points.count;
     for (uint32_t i = 0; i < points.count; i++) {
         const struct bd_surface_point *at = &points.points[i];
