@@ -187,6 +187,7 @@ static void keep(struct bd_irradiance_cells *cells, const struct place *places,
     const uint64_t places_of_cell = cell->end - cell->first;
     const uint32_t chosen = cell->first + (uint32_t)(stirred * places_of_cell >> 32);
     cells->first[cells->count] = least;
+    cells->beyond[cells->count] = least + ((uint64_t)1 << 3 * (AXIS_BITS - cell->level));
     cells->number[cells->count] = (uint32_t)(least >> 3 * (AXIS_BITS - cell->level));
     cells->chosen[cells->count++] = places[chosen].index;
 }
@@ -194,10 +195,11 @@ static void keep(struct bd_irradiance_cells *cells, const struct place *places,
 static bool make_room(struct bd_irradiance_cells *cells, uint32_t most)
 {
     cells->first = malloc(most * sizeof *cells->first);
+    cells->beyond = malloc(most * sizeof *cells->beyond);
     cells->chosen = malloc(most * sizeof *cells->chosen);
     cells->number = malloc(most * sizeof *cells->number);
     cells->irradiance = calloc(most, sizeof *cells->irradiance);
-    return cells->first && cells->chosen && cells->number && cells->irradiance;
+    return cells->first && cells->beyond && cells->chosen && cells->number && cells->irradiance;
 }
 
 enum bd_err bd_irradiance_cells_create(const uint64_t *numbers, uint32_t place_count, uint32_t most,
@@ -234,6 +236,7 @@ void bd_irradiance_cells_destroy(struct bd_irradiance_cells **cells)
 {
     if (!*cells) return;
     free((*cells)->first);
+    free((*cells)->beyond);
     free((*cells)->chosen);
     free((*cells)->number);
     free((*cells)->irradiance);
@@ -243,19 +246,55 @@ void bd_irradiance_cells_destroy(struct bd_irradiance_cells **cells)
 
 uint64_t bd_irradiance_cells_bytes(const struct bd_irradiance_cells *cells)
 {
-    return sizeof *cells + cells->count * (sizeof *cells->first + sizeof *cells->chosen +
+    return sizeof *cells + cells->count * (2 * sizeof *cells->first + sizeof *cells->chosen +
                                            sizeof *cells->number + sizeof *cells->irradiance);
 }
 
-f3 bd_irradiance_cells_look(const struct bd_irradiance_cells *cells, f3 position, f3 normal)
+// The last that begins at that number or before, of some.
+static uint32_t last_until(const struct bd_irradiance_cells *cells, uint64_t number)
 {
-    if (cells->count == 0) return f3_of(0, 0, 0);
-    const uint64_t number = bd_irradiance_cell_at(position, normal, cells->radius);
     uint32_t first = 0, count = cells->count;
     while (count > 1) {
         const uint32_t half = count / 2;
         if (cells->first[first + half] <= number) first += half;
         count -= half;
     }
-    return cells->irradiance[first];
+    return first;
+}
+
+f3 bd_irradiance_cells_look(const struct bd_irradiance_cells *cells, f3 position, f3 normal)
+{
+    if (cells->count == 0) return f3_of(0, 0, 0);
+    const uint64_t number = bd_irradiance_cell_at(position, normal, cells->radius);
+    return cells->irradiance[last_until(cells, number)];
+}
+
+static uint32_t cell_with(const struct bd_irradiance_cells *cells, uint64_t number)
+{
+    const uint32_t cell = last_until(cells, number);
+    return cells->first[cell] <= number && number < cells->beyond[cell] ? cell : BD_NO_CELL;
+}
+
+// Faces by how far the normal leans to each.
+static uint64_t take_next_face(f3 normal, bool was[6])
+{
+    const float lean[6] = {normal.x, -normal.x, normal.y, -normal.y, normal.z, -normal.z};
+    uint64_t next = 6;
+    for (uint64_t face = 0; face < 6; face++)
+        if (!was[face] && (next == 6 || lean[face] > lean[next])) next = face;
+    was[next] = true;
+    return next;
+}
+
+uint32_t bd_irradiance_cells_find(const struct bd_irradiance_cells *cells, f3 position, f3 normal)
+{
+    bool was[6] = {false};
+    if (cells->count == 0) return BD_NO_CELL;
+    const uint64_t number = bd_irradiance_cell_at(position, normal, cells->radius);
+    const uint64_t place = number & (((uint64_t)1 << CODE_BITS) - 1);
+    uint32_t found = cell_with(cells, number);
+    // The face opposite, and those beside it, look elsewhere.
+    for (int i = 0; found == BD_NO_CELL && i < 3; i++)
+        found = cell_with(cells, take_next_face(normal, was) << CODE_BITS | place);
+    return found;
 }

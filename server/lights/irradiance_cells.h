@@ -26,7 +26,7 @@ uint64_t bd_irradiance_cell_at(f3 position, f3 normal, float radius);
 struct bd_irradiance_cells {
     uint32_t count;
     float radius;
-    uint64_t *first;  // of each the least number that is in it; they ascend
+    uint64_t *first, *beyond; // of each the least number that is in it, and behind it; they ascend
     uint32_t *chosen; // which of the places stands for it
     uint32_t *number; // that cells keep whatever becomes of others, and neighbours differ in
     f3 *irradiance;   // that it tells
@@ -40,6 +40,11 @@ enum bd_err bd_irradiance_cells_create(const uint64_t *numbers, uint32_t place_c
                                        struct bd_err_detail *detail);
 void bd_irradiance_cells_destroy(struct bd_irradiance_cells **cells);
 uint64_t bd_irradiance_cells_bytes(const struct bd_irradiance_cells *cells);
+
+// The cell that a place lies in, or where there is none, one there of surfaces that face next to as
+// it does; BD_NO_CELL: none of any, for no place was there.
+#define BD_NO_CELL UINT32_MAX
+uint32_t bd_irradiance_cells_find(const struct bd_irradiance_cells *cells, f3 position, f3 normal);
 
 // Of the cell that a place lies in, or the next one; 0 where there are none.
 f3 bd_irradiance_cells_look(const struct bd_irradiance_cells *cells, f3 position, f3 normal);
