@@ -1,0 +1,115 @@
+// Points of surfaces in a small map of what a place sees over its plane (Maletz, Wang, Bowers 2011;
+// algorithms.md A4). A point stands for a disk, and covers a square of as many texels as that has
+// of solid angle, one at least; a texel keeps the nearest.
+//
+// Values alone, no memory: loops over lanes are packed (pass/native). Thread: any.
+
+#ifndef BD_LIGHTS_PROJECTED_POINT_H
+#define BD_LIGHTS_PROJECTED_POINT_H
+
+#include "kernel/hemi_octahedral.h"
+
+// Of a map: slots of points, and texels along a side.
+#define BD_PROJECTED_MOST       4096u
+#define BD_MICROBUFFER_SIDE_MIN 16u
+#define BD_MICROBUFFER_SIDE_MAX 64u
+
+struct bd_projected_point {
+    float x, y, z;   // render space
+    uint32_t normal; // as bits_of_normal has it
+};
+
+// --- a point's normal ---------------------------------------------------------------------------
+
+// Ten bits a coordinate, from -511 to 511.
+#define NORMAL_STEPS 511.0f
+#define NORMAL_BITS  10u
+#define NORMAL_MASK  1023u
+
+KERNEL uint bits_of_normal(f3 normal)
+{
+    f3 steps = f3_add(f3_scale(normal, NORMAL_STEPS), f3_of(512.5f, 512.5f, 512.5f));
+    return u_of(steps.x) | u_of(steps.y) << NORMAL_BITS | u_of(steps.z) << (2u * NORMAL_BITS);
+}
+
+// Unit but for a fivehundredth.
+KERNEL f3 normal_of_bits(uint bits)
+{
+    f3 steps = f3_of(f_of(bits & NORMAL_MASK), f_of(bits >> NORMAL_BITS & NORMAL_MASK),
+                     f_of(bits >> (2u * NORMAL_BITS) & NORMAL_MASK));
+    return f3_scale(f3_sub(steps, f3_of(512.0f, 512.0f, 512.0f)), 1.0f / NORMAL_STEPS);
+}
+
+// --- what it covers -----------------------------------------------------------------------------
+
+// Solid angle of a disk on its axis, 2 pi (1 - 1 / sqrt(1 + q)), as a part of pi q, what a small
+// one has (A4, I3).
+KERNEL float part_of_small_disk(float q)
+{
+    float s = f_sqrt(1.0f + q);
+    return 2.0f / (s * (s + 1.0f));
+}
+
+// Whether it is over the place's plane, and seen from its front or back: what lies in the plane,
+// but for rounding, or is seen from its edge, gives nothing.
+#define FLAT_2 1e-6f
+KERNEL bool is_point_seen(float height, float facing, float r2)
+{
+    return b_and(height > 0.0f, f_min(height * height, facing * facing) > FLAT_2 * r2);
+}
+
+// What a place may get of a disk, but for its radiance: its solid angle times the cosine to the
+// place's normal. `facing`: its normal times the way to it, `height`: the place's.
+KERNEL float importance_of_point(float height, float facing, float r2, float area)
+{
+    float r = f_sqrt(r2), far = area * facing / (r2 * r);
+    return far * part_of_small_disk(far * (1.0f / F_PI)) * height / r;
+}
+
+// Texels that it covers, of a map with so many along a side: a texel has 2 / (side^2 w^3), w how
+// long a unit step along the ways' coordinates, all together, is; `sum` that of the way.
+KERNEL float texels_of_point(float facing, float r2, float sum, float area, float side)
+{
+    float far = area * facing / (r2 * f_sqrt(r2));
+    float texels = 0.5f * side * side * area * facing / (sum * sum * sum);
+    return texels * part_of_small_disk(far * (1.0f / F_PI));
+}
+
+// Of the area that points stand for, what they cover: of points that lie by chance, one that
+// covered no more would leave holes beside it.
+#define SPLAT_OVERLAP 2.0f
+
+// --- what a texel keeps -------------------------------------------------------------------------
+
+// Of those that cover it the least: distance, to 1 in 32,768, before the point's slot, so that it
+// is the same in whatever order they come (A4, I4). The bits of a float are nearly its logarithm:
+// those of r^2 from 2^-58 to 2^6.
+#define NO_POINT     0xffffffffu
+#define SLOT_BITS    12u
+#define SLOT_MASK    4095u
+#define NEAREST_R2   3.469446951953614e-18f
+#define NEAREST_BITS 0x22800000u
+#define FARTHEST_R2  63.99f
+
+// Of a point's plane the square of how far off it is along a way, rather than of the point: or a
+// slanted surface would be its near end. `facing` as above, `falls` the normal times the way, which
+// is as long as `way2` says squared; no more than half or twice as far as the point.
+KERNEL float distance2_of_plane(float facing, float r2, float falls, float way2)
+{
+    float along = facing * facing * way2 / f_max(falls * falls, 1e-37f);
+    return f_min(f_max(along, 0.25f * r2), 4.0f * r2);
+}
+
+// Slots in no order of place: of those as far off, any may be kept. 0 is the only one that is 0.
+KERNEL uint stirred_slot(uint slot)
+{
+    return slot * 2745u & SLOT_MASK;
+}
+
+KERNEL uint key_of_point(float r2, uint slot)
+{
+    uint bits = f_bits(f_min(f_max(r2, NEAREST_R2), FARTHEST_R2)) - NEAREST_BITS;
+    return (bits >> 9u) << SLOT_BITS | slot;
+}
+
+#endif
