@@ -11,7 +11,8 @@
     loop(make_leaves, width) loop(join_nodes, width) loop(gather, width)                           \
     loop(gather_glossy, width) loop(estimate, width) loop(gather_tree, width) loop(weigh, width)   \
     loop(choose, width) loop(sum_picks, width) loop(aim, width) loop(ask, width)                  \
-    loop(residual, width) loop(shadow, width)
+    loop(residual, width) loop(shadow, width) loop(weigh_points, width)                            \
+    loop(project, width)
 // clang-format on
 #define BD_NATIVE_DECLARE(field, width)                                                            \
     __typeof__(*((struct bd_native_loops *)0)->field) bd_native_##field##_##width;

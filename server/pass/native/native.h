@@ -11,6 +11,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "kernel/math.h"
+#include "lights/projected_point.h"
 #include "shared/gather_tree.h"
 #include "shared/imperfect_shadows.h"
 #include "shared/light.h"
@@ -160,6 +162,19 @@ struct bd_native_shadow {
     uint32_t count, side_px;
 };
 
+// A place that points are projected to, and the axes of its map, the last of which is its normal.
+struct bd_native_place {
+    f3 position, across, along, normal;
+};
+
+// Points side by side, a lane each, and the area that each stands for; those behind `count` mean
+// nothing.
+struct bd_native_points {
+    struct bd_projected_point points[BD_LANES];
+    float area[BD_LANES];
+    uint32_t count;
+};
+
 // What is summed beside irradiance.
 struct bd_native_wishes {
     bool near_patches;   // VPLs nearer than their limit are integrated as patches
@@ -215,6 +230,14 @@ struct bd_native_loops {
                      const struct bd_screen_surfaces *surfaces, struct bd_screen_light *light);
     // Keeps in each texel of a map the least key of the disks that it meets.
     void (*shadow)(const struct bd_native_shadow *shadow, uint32_t *map);
+    // What a place may get of points (lights/projected_point.h).
+    void (*weigh_points)(const struct bd_native_place *place, const struct bd_native_points *points,
+                         float importance[BD_LANES]);
+    // Keeps in each texel of a map, of so many along a side, the least key of points, whose slots
+    // go on from `first_slot`; and of each point 1 if it turns its back on the place.
+    void (*project)(const struct bd_native_place *place, const struct bd_native_points *points,
+                    uint32_t first_slot, uint32_t side, uint32_t *map,
+                    uint32_t turns_away[BD_LANES]);
 };
 
 // The widest that this machine has, or none wider than BD_NATIVE_WIDTH of the environment says:

@@ -1,0 +1,109 @@
+// Points in a map of what a place sees, a lane each; texels keep what covers them one by one.
+
+#include "pass/native/loops.h"
+
+#include "lights/projected_point.h"
+#include "pass/native/lanes.h"
+
+// Of a point: the way to it in the map's axes, and its normal times that.
+struct ways {
+    float x[BD_LANES], y[BD_LANES], z[BD_LANES], facing[BD_LANES];
+    float normal_x[BD_LANES], normal_y[BD_LANES], normal_z[BD_LANES]; // in those axes
+};
+
+// Squares of texels, from the first to before the end; of who is not seen the key is NO_POINT.
+struct squares {
+    int32_t first_u[BD_LANES], first_v[BD_LANES], end_u[BD_LANES], end_v[BD_LANES];
+    uint32_t key[BD_LANES];
+};
+
+static void look(const struct bd_native_place *restrict place,
+                 const struct bd_native_points *restrict points, struct ways *restrict ways)
+{
+    const f3 from = place->position, across = place->across, along = place->along;
+    const f3 up = place->normal;
+    LANES(i)
+    {
+        const struct bd_projected_point *point = &points->points[i];
+        const f3 way = f3_sub(f3_of(point->x, point->y, point->z), from);
+        const f3 to = in_axes(way, across, along, up);
+        ways->x[i] = to.x;
+        ways->y[i] = to.y;
+        ways->z[i] = to.z;
+        const f3 normal = in_axes(normal_of_bits(point->normal), across, along, up);
+        ways->facing[i] = f3_dot(normal, to);
+        ways->normal_x[i] = normal.x;
+        ways->normal_y[i] = normal.y;
+        ways->normal_z[i] = normal.z;
+    }
+}
+
+static void weigh(const struct ways *restrict ways, const float *restrict area,
+                  float *restrict importance)
+{
+    LANES(i)
+    {
+        const f3 to = f3_of(ways->x[i], ways->y[i], ways->z[i]);
+        const float r2 = f_max(f3_dot(to, to), NEAREST_R2);
+        const float may_give = importance_of_point(to.z, f_abs(ways->facing[i]), r2, area[i]);
+        importance[i] = f_select(is_point_seen(to.z, ways->facing[i], r2), may_give, 0.0f);
+    }
+}
+
+void WIDE(bd_native_weigh_points)(const struct bd_native_place *place,
+                                  const struct bd_native_points *points, float importance[BD_LANES])
+{
+    struct ways ways;
+    look(place, points, &ways);
+    weigh(&ways, points->area, importance);
+}
+
+static void cover(const struct ways *restrict ways, const float *restrict area, float side,
+                  uint32_t first_slot, struct squares *restrict squares)
+{
+    LANES(i)
+    {
+        const f3 to = f3_of(ways->x[i], ways->y[i], ways->z[i]);
+        const float r2 = f_max(f3_dot(to, to), NEAREST_R2);
+        const float sum = f_max(f_abs(to.x) + f_abs(to.y) + f_abs(to.z), 1e-18f);
+        const float u = texel_of_place((to.x + to.y) / sum, side);
+        const float v = texel_of_place((to.x - to.y) / sum, side);
+        const float texels = texels_of_point(f_abs(ways->facing[i]), r2, sum, area[i], side);
+        const float half = 0.5f * f_max(f_sqrt(SPLAT_OVERLAP * texels), 1.0f);
+        squares->first_u[i] = (int32_t)f_min(f_max(u - half + 0.5f, 0.0f), side - 1.0f);
+        squares->first_v[i] = (int32_t)f_min(f_max(v - half + 0.5f, 0.0f), side - 1.0f);
+        squares->end_u[i] = (int32_t)f_min(u + half + 0.5f, side);
+        squares->end_v[i] = (int32_t)f_min(v + half + 0.5f, side);
+        const f3 middle = way_of_place(place_of_texel((float)(int32_t)u + 0.5f, side),
+                                       place_of_texel((float)(int32_t)v + 0.5f, side));
+        const f3 normal = f3_of(ways->normal_x[i], ways->normal_y[i], ways->normal_z[i]);
+        const float plane2 =
+            distance2_of_plane(ways->facing[i], r2, f3_dot(normal, middle), f3_dot(middle, middle));
+        const bool is_seen = is_point_seen(to.z, ways->facing[i], r2);
+        const uint slot = stirred_slot(first_slot + (uint32_t)i);
+        squares->key[i] = u_select(is_seen, key_of_point(plane2, slot), NO_POINT);
+    }
+}
+
+static void keep_square(const struct squares *squares, size_t i, uint32_t side, uint32_t *map)
+{
+    const uint32_t key = squares->key[i];
+    for (int32_t v = squares->first_v[i]; v < squares->end_v[i]; v++) {
+        uint32_t *row = map + (size_t)v * side;
+        for (int32_t u = squares->first_u[i]; u < squares->end_u[i]; u++)
+            row[u] = key < row[u] ? key : row[u];
+    }
+}
+
+void WIDE(bd_native_project)(const struct bd_native_place *place,
+                             const struct bd_native_points *points, uint32_t first_slot,
+                             uint32_t side, uint32_t *map, uint32_t turns_away[BD_LANES])
+{
+    struct ways ways;
+    struct squares squares;
+    look(place, points, &ways);
+    cover(&ways, points->area, (float)side, first_slot, &squares);
+    LANES(i) turns_away[i] = ways.facing[i] >= 0.0f;
+    for (size_t i = 0; i < points->count; i++)
+        if (squares.key[i] != NO_POINT) keep_square(&squares, i, side, map);
+}

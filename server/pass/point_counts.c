@@ -1,0 +1,42 @@
+#include "pass/point_counts.h"
+
+#include "kernel/math.h"
+#include "lights/point_clusters.h"
+
+// The largest share: sums stay below 2^32.
+#define MOST_SHARE (1u << 21)
+// What all have alike, one part in so many.
+#define ALIKE 10u
+
+_Static_assert((uint64_t)BD_CLUSTERS_MAX *MOST_SHARE < UINT32_MAX, "sums have room");
+
+uint32_t bd_point_shares(const float *importance, uint32_t count, uint32_t *shares)
+{
+    float most = 0;
+    uint32_t by_importance = 0, sum = 0;
+    for (uint32_t k = 0; k < count; k++) most = f_max(most, importance[k]);
+    for (uint32_t k = 0; k < count; k++) {
+        shares[k] = most > 0 ? (uint32_t)((float)MOST_SHARE * (importance[k] / most)) : 0;
+        by_importance += shares[k];
+    }
+    const uint32_t alike = by_importance / ALIKE / count + 1;
+    for (uint32_t k = 0; k < count; k++) {
+        shares[k] += alike - shares[k] / ALIKE;
+        sum += shares[k];
+    }
+    return sum;
+}
+
+void bd_point_counts(const uint32_t *shares, uint32_t count, uint32_t sum, uint32_t drawn,
+                     float start, uint32_t *counts)
+{
+    const float step = (float)drawn / (float)sum;
+    uint32_t passed = 0, before = 0;
+    for (uint32_t k = 0; k < count; k++) {
+        passed += shares[k];
+        const float until = f_min((float)passed * step + start, (float)drawn);
+        const uint32_t beyond = k + 1 == count ? drawn : (uint32_t)until;
+        counts[k] = beyond - before;
+        before = beyond;
+    }
+}

@@ -1,0 +1,189 @@
+#include "pass/project_points.h"
+
+#include <string.h>
+
+#include "base/assert.h"
+#include "lights/directions.h"
+#include "lights/projected_point.h"
+#include "lights/sequence.h"
+#include "pass/point_counts.h"
+
+// Numbers that nobody else draws by the same chance.
+#define OF_COUNTS 0x6578706cu
+
+struct bd_native_place bd_projected_place(f3 position, f3 normal, uint32_t chance)
+{
+    // A quarter turn looks like none.
+    const float tangent = 0.41421356f * (float)(bd_stirred(chance) >> 8) * 0x1p-24f;
+    const float per = 1 / (1 + tangent * tangent);
+    const float cosine = (1 - tangent * tangent) * per, sine = 2 * tangent * per;
+    const struct bd_basis basis = bd_basis_of(normal);
+    const f3 across = f3_add(f3_scale(basis.x, cosine), f3_scale(basis.y, sine));
+    return (struct bd_native_place){position, across, f3_cross(normal, across), normal};
+}
+
+// --- points in rows of lanes --------------------------------------------------------------------
+
+// Points of a cluster in even steps, in 1 / 2^STEP_BITS of a point.
+struct steps {
+    uint32_t first, count;
+    uint64_t from, step;
+    float area; // that each stands for
+};
+#define STEP_BITS 20u
+
+// The first is drawn.
+static struct steps steps_of(const struct bd_projector *p, const struct bd_point_cut *cut,
+                             uint32_t cluster, uint32_t chance, uint32_t count)
+{
+    const struct bd_point_cluster *of = &cut->clusters[cluster];
+    const uint32_t most = count < of->count ? count : of->count;
+    const uint64_t step = ((uint64_t)of->count << STEP_BITS) / most;
+    const uint64_t drawn = bd_stirred(chance ^ of->first * 0x9e3779b9u);
+    return (struct steps){of->first, most, drawn * step >> 32, step,
+                          p->points->area * (float)of->count / (float)most};
+}
+
+static uint32_t point_at(const struct steps *steps, uint32_t i)
+{
+    return steps->first + (uint32_t)((steps->from + i * steps->step) >> STEP_BITS);
+}
+
+static void add_point(const struct bd_projector *p, uint32_t point, float area,
+                      struct bd_projected *seen)
+{
+    const uint32_t lane = seen->row.count++;
+    seen->row.points[lane] = p->points->points[point];
+    seen->row.area[lane] = area;
+    seen->row_points[lane] = point;
+}
+
+// --- what clusters may give ---------------------------------------------------------------------
+
+// A row's points are named by their clusters.
+static void weigh_row(const struct bd_projector *p, const struct bd_native_place *place,
+                      struct bd_projected *seen)
+{
+    float importance[BD_LANES];
+    if (seen->row.count == 0) return;
+    p->loops->weigh_points(place, &seen->row, importance);
+    for (uint32_t i = 0; i < seen->row.count; i++)
+        seen->importance[seen->row_points[i]] += importance[i];
+    seen->row.count = 0;
+}
+
+static void weigh_clusters(const struct bd_projector *p, const struct bd_point_cut *cut,
+                           const struct bd_native_place *place, uint32_t chance,
+                           struct bd_projected *seen)
+{
+    memset(seen->importance, 0, cut->count * sizeof *seen->importance);
+    for (uint32_t k = 0; k < cut->count; k++) {
+        const struct steps steps = steps_of(p, cut, k, chance, p->explore);
+        for (uint32_t i = 0; i < steps.count; i++) {
+            add_point(p, point_at(&steps, i), steps.area, seen);
+            seen->row_points[seen->row.count - 1] = k;
+            if (seen->row.count == BD_LANES) weigh_row(p, place, seen);
+        }
+    }
+    weigh_row(p, place, seen);
+}
+
+static void count_points(const struct bd_projector *p, const struct bd_point_cut *cut,
+                         const struct bd_native_place *place, uint32_t chance,
+                         struct bd_projected *seen)
+{
+    const float start = (float)(bd_stirred(chance ^ OF_COUNTS) >> 8) * 0x1p-24f;
+    for (uint32_t k = 0; k < cut->count; k++) {
+        seen->importance[k] = 1;
+        seen->drawn[k] = cut->clusters[k].count;
+    }
+    if (p->projection == BD_PROJECTION_ALL) return;
+    if (p->projection == BD_PROJECTION_IMPORTANCE) weigh_clusters(p, cut, place, chance, seen);
+    const uint32_t sum = bd_point_shares(seen->importance, cut->count, seen->shares);
+    bd_point_counts(seen->shares, cut->count, sum, p->exploit, start, seen->drawn);
+}
+
+// --- what texels keep ---------------------------------------------------------------------------
+
+// Slot 0 is that of who was kept before.
+static void keep_seen(const struct bd_projector *p, struct bd_projected *seen)
+{
+    for (uint32_t t = 0; t < p->side * p->side; t++) {
+        const uint32_t slot = seen->map[t] & SLOT_MASK;
+        if (seen->map[t] == NO_POINT || slot == 0) continue;
+        seen->point[t] = seen->of_slot[slot];
+        seen->map[t] &= ~SLOT_MASK;
+    }
+    seen->first_slot = 1;
+}
+
+static void project_row(const struct bd_projector *p, const struct bd_native_place *place,
+                        struct bd_projected *seen)
+{
+    uint32_t turns_away[BD_LANES];
+    if (seen->row.count == 0) return;
+    if (seen->first_slot + BD_LANES > BD_PROJECTED_MOST) keep_seen(p, seen);
+    p->loops->project(place, &seen->row, seen->first_slot, p->side, seen->map, turns_away);
+    for (uint32_t i = 0; i < seen->row.count; i++)
+        seen->of_slot[stirred_slot(seen->first_slot + i)] = 2 * seen->row_points[i] + turns_away[i];
+    seen->first_slot += seen->row.count;
+    seen->row.count = 0;
+}
+
+// Of four beside a texel, those that are not empty, beyond the map's edge, too; one of them, if
+// any.
+static uint32_t count_beside(const struct bd_projector *p, const uint32_t *point, uint32_t t,
+                             uint32_t *one)
+{
+    const uint32_t u = t % p->side, v = t / p->side, last = p->side - 1;
+    const uint32_t beside[4] = {u > 0 ? t - 1 : t, u < last ? t + 1 : t, v > 0 ? t - p->side : t,
+                                v < last ? t + p->side : t};
+    uint32_t count = 0;
+    for (uint32_t k = 0; k < 4; k++) {
+        const uint32_t other = beside[(k + t) % 4];
+        count += other == t || point[other] != BD_SEES_NOTHING;
+        if (point[other] != BD_SEES_NOTHING) *one = point[other];
+    }
+    return count;
+}
+
+#define HOLE_ROUNDS 2
+
+// An empty texel is a hole between points if at most one beside it is empty, too.
+static void fill_holes(const struct bd_projector *p, struct bd_projected *seen)
+{
+    const uint32_t texels = p->side * p->side;
+    memcpy(seen->of_slot, seen->point, texels * sizeof *seen->point);
+    for (uint32_t t = 0; t < texels; t++) {
+        uint32_t one = BD_SEES_NOTHING;
+        if (seen->of_slot[t] == BD_SEES_NOTHING && count_beside(p, seen->of_slot, t, &one) >= 3)
+            seen->point[t] = one;
+    }
+}
+
+_Static_assert(BD_MICROBUFFER_SIDE_MAX *BD_MICROBUFFER_SIDE_MAX <= BD_PROJECTED_MOST, "room");
+
+void bd_project_points(const struct bd_projector *p, const struct bd_point_cut *cut,
+                       const struct bd_native_place *place, uint32_t chance,
+                       struct bd_projected *seen)
+{
+    BD_ASSERT(cut->count <= BD_CLUSTERS_MAX);
+    seen->row = (struct bd_native_points){0};
+    seen->first_slot = 1;
+    for (uint32_t t = 0; t < p->side * p->side; t++) {
+        seen->map[t] = NO_POINT;
+        seen->point[t] = BD_SEES_NOTHING;
+    }
+    if (cut->count == 0) return;
+    count_points(p, cut, place, chance, seen);
+    for (uint32_t k = 0; k < cut->count; k++) {
+        const struct steps steps = steps_of(p, cut, k, chance, p->explore + seen->drawn[k]);
+        for (uint32_t i = 0; i < steps.count; i++) {
+            add_point(p, point_at(&steps, i), steps.area, seen);
+            if (seen->row.count == BD_LANES) project_row(p, place, seen);
+        }
+    }
+    project_row(p, place, seen);
+    keep_seen(p, seen);
+    for (int round = 0; round < HOLE_ROUNDS; round++) fill_holes(p, seen);
+}
