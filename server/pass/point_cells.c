@@ -1,0 +1,482 @@
+#include "pass/point_cells.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/assert.h"
+#include "kernel/all_channels.h"
+#include "lights/directions.h"
+#include "lights/microbuffer.h"
+#include "lights/surface_hits.h"
+#include "pass/cosine_rays.h"
+#include "pass/nearest.h"
+
+// Of a cell.
+#define RAYS 64u
+// How many walk for each cell, and how often they go on.
+#define WALKS_PER_CELL 8u
+#define WALKS_MOST     262144u
+#define WALK_STEPS     5u
+// In the mean: of fewer a cell would be smaller than what it tells, and leave the rest dark.
+#define PLACES_OF_CELL 16u
+#define CELLS_LEAST    64u
+// Regions, by the upper bits of cells' numbers: of the ways to face, and five of each axis.
+#define REGION_SHIFT 45u
+#define REGIONS      (6u << 15)
+// That go on from each region, about.
+#define OF_REGION 64
+// Numbers that nobody else of a frame draws by its seed.
+#define OF_WALK 0x77616c6bu
+// In distances between points: so near one stands for a place.
+#define REACH 4.0f
+// How a cell projects: less closely than pixels do, for its light is seen in the mean over many.
+#define MAP_SIDE    16u
+#define MAP_EXPLOIT 1024u
+#define TEXELS      (MAP_SIDE * MAP_SIDE)
+// Light goes on while a round changes what cells get, together, by more than that part of it.
+#define CHANGE_LEAST 1e-3
+// Receivers whose rays are on their way at once.
+#define AT_ONCE 4096u
+// Of the slicer, one for each evaluation of a VPL.
+#define UNITS_PER_MAP  6000.0
+#define UNITS_PER_HIT  20.0
+#define UNITS_PER_LOOK 1.0
+#define UNITS_PER_SIDE 1.0
+
+// What is seen: a radiance of all, and how much of it comes.
+struct sight {
+    uint32_t of;
+    float weight;
+};
+
+struct cells {
+    struct bd_pass_context context;
+    const struct bd_point_cells_inputs *inputs;
+    struct bd_irradiance_cells *cells;
+    // Where a walk from lit points came to.
+    struct bd_surface_point *places;
+    uint32_t place_count;
+    struct bd_ray *walk;
+    struct bd_ray_hit *walk_hits;
+    uint32_t *cell_of; // each side's
+    uint32_t sights_each;
+    struct sight *sights;
+    f3 *before; // what each got
+    f3 *radiance;
+    struct bd_surface_hits hits;
+    struct bd_cosine_rays rays;
+    const struct bd_receiver_part *part;
+    struct bd_projector projector;
+    struct bd_microbuffer map;
+    struct bd_err_detail *detail;
+};
+
+static enum bd_err no_memory(const struct cells *c)
+{
+    return bd_err_set(c->detail, BD_ERR_NO_MEMORY, "cache_cells", "no memory for %u",
+                      c->inputs->cells);
+}
+
+static uint32_t groups_of(uint32_t count)
+{
+    return (count + BD_LANES - 1) / BD_LANES;
+}
+
+static uint32_t end_of_group(uint32_t group, uint32_t count)
+{
+    const uint32_t end = (group + 1) * BD_LANES;
+    return end < count ? end : count;
+}
+
+// --- what sides send ----------------------------------------------------------------------------
+
+static f3 sent_by(const struct bd_point_sides *sides, uint32_t side, f3 irradiance)
+{
+    return f3_scale(f3_mul(irradiance, sides->places[side].diffuse), 1 / F_PI);
+}
+
+struct sending {
+    const struct bd_point_sides *sides;
+    f3 *radiance;
+};
+
+static void send_first(void *user, uint32_t group)
+{
+    const struct sending *s = user;
+    for (uint32_t i = group * BD_LANES; i < end_of_group(group, s->sides->count); i++)
+        s->radiance[s->sides->radiance_of[i]] = sent_by(s->sides, i, s->sides->first[i]);
+}
+
+enum bd_err bd_points_send_first(const struct bd_pass_context *context,
+                                 const struct bd_point_sides *sides, f3 *radiance)
+{
+    struct sending sending = {sides, radiance};
+    bd_slicer_work(context->slicer, "points send");
+    return bd_receivers_each(context, groups_of(sides->count), UNITS_PER_SIDE * BD_LANES,
+                             send_first, &sending);
+}
+
+static void send_all(void *user, uint32_t group)
+{
+    const struct cells *c = user;
+    const struct bd_point_sides *sides = c->inputs->sides;
+    for (uint32_t i = group * BD_LANES; i < end_of_group(group, sides->count); i++) {
+        f3 irradiance = sides->first[i];
+        if (c->cell_of[i] != BD_NO_CELL)
+            irradiance = f3_add(irradiance, c->cells->irradiance[c->cell_of[i]]);
+        c->radiance[sides->radiance_of[i]] = sent_by(sides, i, irradiance);
+    }
+}
+
+static enum bd_err send_on(struct cells *c)
+{
+    bd_slicer_work(c->context.slicer, "points send");
+    return bd_receivers_each(&c->context, groups_of(c->inputs->sides->count),
+                             UNITS_PER_SIDE * BD_LANES, send_all, c);
+}
+
+// --- where light comes to -----------------------------------------------------------------------
+
+// Of all, in even steps through what they send.
+static uint32_t start_walk(const struct cells *c, struct bd_surface_point *starts, uint32_t most)
+{
+    const struct bd_point_sides *sides = c->inputs->sides;
+    double sum = 0, passed = 0;
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < sides->count; i++)
+        sum += all_channels(c->radiance[sides->radiance_of[i]]);
+    for (uint32_t i = 0; sum > 0 && i < sides->count; i++) {
+        passed += all_channels(c->radiance[sides->radiance_of[i]]);
+        for (; count < most && (count + 0.5) * sum < passed * most; count++) {
+            starts[count] = sides->places[i];
+            starts[count].number = count;
+        }
+    }
+    return count;
+}
+
+static void aim_walk(struct cells *c, const struct bd_surface_point *starts, uint32_t count,
+                     uint32_t step)
+{
+    const struct bd_sequence sequence = bd_sequence_of((uint32_t)c->inputs->seed, OF_WALK + step);
+    for (uint32_t i = 0; i < count; i++) {
+        const struct bd_surface_point *at = &starts[i];
+        float number[2];
+        bd_sequence_pair(&sequence, at->number, number);
+        const struct bd_basis basis = bd_basis_of(at->normal);
+        const f3 d = bd_from_basis(&basis, at->normal, bd_cosine_direction(number));
+        c->walk[i] = (struct bd_ray){
+            .origin = {at->position.x, at->position.y, at->position.z},
+            .from_triangle = at->triangle,
+            .direction = {d.x, d.y, d.z},
+            .far = INFINITY,
+        };
+    }
+}
+
+// Where those are that come somewhere.
+static uint32_t land(struct cells *c, const struct bd_surface_point *starts, uint32_t count,
+                     struct bd_surface_point *to)
+{
+    uint32_t landed = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        const struct bd_ray_hit *hit = &c->walk_hits[i];
+        const float *d = c->walk[i].direction;
+        if (hit->triangle == BD_NO_TRIANGLE ||
+            !bd_surface_hit_at(&c->hits, hit->triangle, hit->u, hit->v, f3_of(d[0], d[1], d[2]),
+                               &to[landed]))
+            continue;
+        to[landed++].number = bd_stirred(starts[i].number + 1);
+    }
+    return landed;
+}
+
+// A part of space and of the ways that surfaces face.
+static uint32_t region_of(const struct cells *c, const struct bd_surface_point *at)
+{
+    const float radius = (float)c->inputs->space->radius;
+    return (uint32_t)(bd_irradiance_cell_at(at->position, at->normal, radius) >> REGION_SHIFT);
+}
+
+// Of each region about as many as of any other, by their own numbers: light that few found goes on
+// as well as that of many, and what one of them does is nothing to those elsewhere.
+static uint32_t spread_evenly(const struct cells *c, const struct bd_surface_point *landed,
+                              uint32_t count, struct bd_surface_point *starts)
+{
+    uint32_t *arrived = calloc(REGIONS, sizeof *arrived);
+    uint32_t kept = 0;
+    BD_ASSERT(arrived);
+    for (uint32_t i = 0; i < count; i++) arrived[region_of(c, &landed[i])]++;
+    for (uint32_t i = 0; i < count; i++) {
+        const double drawn = bd_stirred(landed[i].number) * 0x1p-32;
+        if (drawn * arrived[region_of(c, &landed[i])] < OF_REGION) starts[kept++] = landed[i];
+    }
+    free(arrived);
+    return kept;
+}
+
+// Each step goes on from where the one before came to.
+static enum bd_err walk(struct cells *c, struct bd_ray_counts *traced)
+{
+    const uint32_t wanted = WALKS_PER_CELL * c->inputs->cells;
+    const uint32_t each = wanted < WALKS_MOST ? wanted : WALKS_MOST;
+    struct bd_surface_point *starts = malloc((each + 1) * sizeof *starts);
+    c->places = malloc(((size_t)each * WALK_STEPS + 1) * sizeof *c->places);
+    c->walk = malloc((each + 1) * sizeof *c->walk);
+    c->walk_hits = malloc((each + 1) * sizeof *c->walk_hits);
+    const bool all = starts && c->places && c->walk && c->walk_hits;
+    enum bd_err err = all ? BD_ERR_OK : no_memory(c);
+    uint32_t count = all ? start_walk(c, starts, each) : 0;
+    for (uint32_t step = 0; !err && step < WALK_STEPS; step++) {
+        aim_walk(c, starts, count, step);
+        err = bd_nearest_ask(&c->context, c->inputs->visibility, c->walk, count, c->walk_hits,
+                             traced, c->detail);
+        struct bd_surface_point *landed = c->places + c->place_count;
+        if (!err) count = land(c, starts, count, landed);
+        c->place_count += count;
+        count = spread_evenly(c, landed, count, starts);
+    }
+    free(starts);
+    return err;
+}
+
+// --- cells --------------------------------------------------------------------------------------
+
+static const struct bd_surface_point *place_of(const struct cells *c, uint32_t cell)
+{
+    return &c->places[c->cells->chosen[cell]];
+}
+
+static enum bd_err make_cells(struct cells *c)
+{
+    const float radius = (float)c->inputs->space->radius;
+    const uint32_t count = c->place_count;
+    const uint32_t dense = count / PLACES_OF_CELL + CELLS_LEAST;
+    const uint32_t most = c->inputs->cells < dense ? c->inputs->cells : dense;
+    uint64_t *numbers = malloc((count + 1) * sizeof *numbers);
+    if (!numbers) return no_memory(c);
+    for (uint32_t i = 0; i < count; i++) {
+        const struct bd_surface_point *at = &c->places[i];
+        numbers[i] = bd_irradiance_cell_at(at->position, at->normal, radius);
+    }
+    const enum bd_err err =
+        bd_irradiance_cells_create(numbers, count, most, radius, &c->cells, c->detail);
+    free(numbers);
+    return err;
+}
+
+static enum bd_err make_room(struct cells *c)
+{
+    const size_t count = c->cells->count + 1;
+    c->sights_each = c->inputs->projected ? TEXELS : RAYS;
+    c->cell_of = malloc((c->inputs->sides->count + 1) * sizeof *c->cell_of);
+    c->sights = calloc(count * c->sights_each, sizeof *c->sights);
+    c->before = calloc(count, sizeof *c->before);
+    const bool all = c->cell_of && c->sights && c->before;
+    return all ? bd_slicer_pause(c->context.slicer) : no_memory(c);
+}
+
+static void find_cells(void *user, uint32_t group)
+{
+    const struct cells *c = user;
+    const struct bd_point_sides *sides = c->inputs->sides;
+    for (uint32_t i = group * BD_LANES; i < end_of_group(group, sides->count); i++)
+        c->cell_of[i] =
+            bd_irradiance_cells_find(c->cells, sides->places[i].position, sides->places[i].normal);
+}
+
+// --- by points ----------------------------------------------------------------------------------
+
+static void project_cell(const struct cells *c, const struct bd_point_cut *cut, uint32_t cell,
+                         struct bd_projected *seen)
+{
+    const struct bd_surface_point *at = place_of(c, cell);
+    const uint32_t chance = c->cells->number[cell] ^ (uint32_t)c->inputs->seed;
+    const struct bd_native_place place = bd_projected_place(at->position, at->normal, chance);
+    bd_project_points(&c->projector, cut, &place, chance, seen);
+    for (uint32_t t = 0; t < TEXELS; t++)
+        if (seen->point[t] != BD_SEES_NOTHING)
+            c->sights[(size_t)cell * TEXELS + t] =
+                (struct sight){seen->point[t], c->map.weight[t].z};
+}
+
+static void project_group(void *user, uint32_t group)
+{
+    const struct cells *c = user;
+    struct bd_projected *seen = malloc(sizeof *seen);
+    struct bd_points_about about = {0};
+    struct bd_point_cut cut;
+    BD_ASSERT(seen);
+    for (uint32_t i = group * BD_LANES; i < end_of_group(group, c->cells->count); i++) {
+        const struct bd_surface_point *at = place_of(c, i);
+        bd_points_about_add(&about, at->position, at->normal);
+    }
+    bd_point_clusters_cut(c->inputs->points, c->inputs->clusters, &about.view, &cut);
+    for (uint32_t i = group * BD_LANES; i < end_of_group(group, c->cells->count); i++)
+        project_cell(c, &cut, i, seen);
+    free(seen);
+}
+
+static enum bd_err look_by_points(struct cells *c)
+{
+    enum bd_err err = bd_microbuffer_init(&c->map, MAP_SIDE, c->detail);
+    c->projector = (struct bd_projector){.loops = c->context.processor->loops,
+                                         .points = c->inputs->points,
+                                         .explore = c->inputs->explore,
+                                         .exploit = MAP_EXPLOIT,
+                                         .side = MAP_SIDE};
+    bd_slicer_work(c->context.slicer, "cells project");
+    if (!err)
+        err = bd_receivers_each(&c->context, groups_of(c->cells->count), UNITS_PER_MAP * BD_LANES,
+                                project_group, c);
+    return err;
+}
+
+// --- by rays ------------------------------------------------------------------------------------
+
+// Whether there is a point where the ray ends, and how much of its light comes.
+static bool see(const struct cells *c, uint32_t ray, struct sight *sight)
+{
+    const struct bd_ray_hit *hit = &c->rays.hits[ray];
+    const float *d = c->rays.rays[ray].direction;
+    struct bd_surface_point at;
+    if (hit->triangle == BD_NO_TRIANGLE ||
+        !bd_surface_hit_at(&c->hits, hit->triangle, hit->u, hit->v, f3_of(d[0], d[1], d[2]), &at))
+        return false;
+    const float passes = c->rays.ways ? all_channels(c->rays.ways[ray].weight) / 3 : 1;
+    const float reach = REACH * f_sqrt(c->inputs->points->area);
+    const uint32_t near = bd_point_clusters_near(c->inputs->points, at.position, at.normal, reach);
+    if (near == BD_NO_POINT_NEAR) return false;
+    *sight = (struct sight){near, passes * F_PI / RAYS};
+    return true;
+}
+
+static void see_group(void *user, uint32_t group)
+{
+    const struct cells *c = user;
+    const uint32_t first = c->rays.first_ray[group];
+    uint32_t seen[BD_LANES] = {0};
+    for (uint32_t i = first; i < first + c->rays.ray_count[group]; i++) {
+        const uint32_t lane = c->rays.lanes[i] / BD_COSINE_HALVES;
+        const size_t cell = c->part->slice.first + group * BD_LANES + lane;
+        if (seen[lane] < RAYS && see(c, i, &c->sights[cell * RAYS + seen[lane]])) seen[lane]++;
+    }
+}
+
+static enum bd_err see_part(void *user, const struct bd_receiver_part *part)
+{
+    struct cells *c = user;
+    c->part = part;
+    enum bd_err err =
+        bd_cosine_rays_trace(&c->context, &c->rays, part, c->inputs->visibility, c->detail);
+    bd_slicer_work(c->context.slicer, "cells see");
+    const double rays = (double)c->rays.count / part->group_count;
+    if (!err)
+        err = bd_receivers_each(&c->context, part->group_count, UNITS_PER_HIT * (rays + 1),
+                                see_group, c);
+    return err;
+}
+
+static enum bd_err look_by_rays(struct cells *c, struct bd_ray_counts *traced)
+{
+    struct bd_surface_point *places = malloc((c->cells->count + 1) * sizeof *places);
+    if (!places) return no_memory(c);
+    for (uint32_t i = 0; i < c->cells->count; i++) {
+        places[i] = *place_of(c, i);
+        places[i].number = c->cells->number[i];
+    }
+    const struct bd_receivers_inputs receivers = {.points = places,
+                                                  .point_count = c->cells->count,
+                                                  .starts = true,
+                                                  .seed = c->inputs->seed,
+                                                  .receivers_max = AT_ONCE,
+                                                  .light = see_part,
+                                                  .user = c};
+    c->rays = (struct bd_cosine_rays){.of_receiver = RAYS,
+                                      .seed = c->inputs->seed,
+                                      .one_of = 1,
+                                      .glass = c->inputs->glass ? &c->hits : NULL};
+    const enum bd_err err = bd_receivers_run(&c->context, &receivers, c->detail);
+    bd_ray_counts_add(traced, c->rays.traced);
+    bd_cosine_rays_finish(&c->rays);
+    free(places);
+    return err;
+}
+
+// --- rounds -------------------------------------------------------------------------------------
+
+static void get_light(void *user, uint32_t group)
+{
+    const struct cells *c = user;
+    for (uint32_t i = group * BD_LANES; i < end_of_group(group, c->cells->count); i++) {
+        const struct sight *sights = c->sights + (size_t)i * c->sights_each;
+        f3 sum = f3_of(0, 0, 0);
+        for (uint32_t k = 0; k < c->sights_each; k++)
+            if (sights[k].weight > 0)
+                sum = f3_add(sum, f3_scale(c->radiance[sights[k].of], sights[k].weight));
+        c->cells->irradiance[i] = sum;
+    }
+}
+
+// Whether the last round changed enough; keeps what it made.
+static bool goes_on(const struct cells *c)
+{
+    double changed = 0, all = 0;
+    for (uint32_t i = 0; i < c->cells->count; i++) {
+        const f3 now = c->cells->irradiance[i];
+        changed += all_channels(f3_abs(f3_sub(now, c->before[i])));
+        all += all_channels(now);
+        c->before[i] = now;
+    }
+    return changed > CHANGE_LEAST * all;
+}
+
+static enum bd_err go_round(struct cells *c, uint32_t *rounds)
+{
+    enum bd_err err = BD_ERR_OK;
+    for (bool is_on = true; !err && is_on && *rounds < c->inputs->rounds; ++*rounds) {
+        bd_slicer_work(c->context.slicer, "cells get");
+        err = bd_receivers_each(&c->context, groups_of(c->cells->count),
+                                UNITS_PER_LOOK * c->sights_each * BD_LANES, get_light, c);
+        if (!err) err = send_on(c);
+        is_on = goes_on(c);
+    }
+    return err;
+}
+
+static enum bd_err light_cells(struct cells *c, uint32_t *rounds, struct bd_ray_counts *traced)
+{
+    enum bd_err err = make_room(c);
+    bd_slicer_work(c->context.slicer, "cells of sides");
+    if (!err)
+        err = bd_receivers_each(&c->context, groups_of(c->inputs->sides->count),
+                                UNITS_PER_SIDE * BD_LANES, find_cells, c);
+    if (!err) err = c->inputs->projected ? look_by_points(c) : look_by_rays(c, traced);
+    return err ? err : go_round(c, rounds);
+}
+
+enum bd_err bd_point_cells_run(const struct bd_pass_context *context,
+                               const struct bd_point_cells_inputs *inputs, f3 *radiance,
+                               struct bd_irradiance_cells **out, uint32_t *rounds,
+                               struct bd_ray_counts *traced, struct bd_err_detail *detail)
+{
+    struct cells c = {
+        .context = *context, .inputs = inputs, .radiance = radiance, .detail = detail};
+    bd_surface_hits_init(&c.hits, inputs->snapshot);
+    bd_slicer_work(context->slicer, "cells of points");
+    enum bd_err err = walk(&c, traced);
+    if (!err) err = make_cells(&c);
+    if (!err && c.cells->count > 0) err = light_cells(&c, rounds, traced);
+    bd_surface_hits_finish(&c.hits);
+    bd_microbuffer_finish(&c.map);
+    free(c.cell_of);
+    free(c.sights);
+    free(c.places);
+    free(c.walk);
+    free(c.walk_hits);
+    free(c.before);
+    if (err) bd_irradiance_cells_destroy(&c.cells);
+    *out = c.cells;
+    return err;
+}

@@ -1,0 +1,157 @@
+#include "pass/point_gather.h"
+
+#include <stdlib.h>
+
+#include "base/assert.h"
+#include "kernel/all_channels.h"
+#include "kernel/hemi_octahedral.h"
+#include "kernel/vpl_light.h"
+#include "lights/microbuffer.h"
+#include "lights/sequence.h"
+#include "pass/f3_arrays.h"
+#include "pass/kernels.h"
+#include "pass/receivers.h"
+
+// Of the slicer, one for each evaluation of a VPL.
+#define UNITS_PER_POINT 8.0
+#define UNITS_PER_TEXEL 6.0
+
+struct gathering {
+    struct bd_pass_context context;
+    struct bd_processor processor;
+    const struct bd_point_gather_inputs *inputs;
+    struct bd_projector projector;
+    struct bd_microbuffer map;
+    const struct bd_receiver_part *part;
+};
+
+static f3 in_world(const struct bd_native_place *place, f3 way)
+{
+    return f3_add(f3_scale(place->across, way.x),
+                  f3_add(f3_scale(place->along, way.y), f3_scale(place->normal, way.z)));
+}
+
+// What comes through texels, under a normal that may lean.
+static void sum_texels(const struct gathering *g, const struct bd_native_place *place, f3 normal,
+                       const struct bd_projected *seen, f3 *irradiance, f3 *vector)
+{
+    const f3 own = in_axes(normal, place->across, place->along, place->normal);
+    const f3 *radiance = g->inputs->points->radiance;
+    f3 directions = f3_of(0, 0, 0);
+    *irradiance = f3_of(0, 0, 0);
+    for (uint32_t t = 0; t < g->map.side * g->map.side; t++) {
+        if (seen->point[t] == BD_SEES_NOTHING) continue;
+        const f3 light = radiance[seen->point[t]], weight = g->map.weight[t];
+        *irradiance = f3_add(*irradiance, f3_scale(light, f_max(f3_dot(weight, own), 0)));
+        directions = f3_add(directions, f3_scale(weight, all_channels(light)));
+    }
+    *vector = irradiance_vector(*irradiance, in_world(place, directions), normal);
+}
+
+static void light_receiver(const struct gathering *g, const struct bd_point_cut *cut,
+                           uint32_t group, uint32_t lane, struct bd_projected *seen)
+{
+    const struct bd_ray_starts *starts = &g->part->starts[group];
+    const f3 normal = f3_at(&g->part->receivers[group].normal, lane);
+    const uint32_t chance = bd_stirred(f_bits(starts->place[lane])) ^ (uint32_t)g->inputs->seed;
+    const struct bd_native_place place = bd_projected_place(
+        f3_at(&starts->position, lane), f3_at(&starts->normal_geometric, lane), chance);
+    f3 irradiance, vector;
+    bd_project_points(&g->projector, cut, &place, chance, seen);
+    sum_texels(g, &place, normal, seen, &irradiance, &vector);
+    f3_add_at(&g->part->light[group].irradiance, lane, irradiance);
+    f3_add_at(&g->part->light[group].vector, lane, vector);
+}
+
+// What its receivers have in common.
+static struct bd_point_view view_of(const struct gathering *g, uint32_t group)
+{
+    const struct bd_receivers *receivers = &g->part->receivers[group];
+    const struct bd_ray_starts *starts = &g->part->starts[group];
+    struct bd_points_about about = {0};
+    for (uint32_t lane = 0; lane < BD_LANES; lane++)
+        if (group * BD_LANES + lane < g->part->count && receivers->lit[lane] > 0)
+            bd_points_about_add(&about, f3_at(&starts->position, lane),
+                                f3_at(&starts->normal_geometric, lane));
+    return about.view;
+}
+
+static void light_group(void *user, uint32_t group)
+{
+    const struct gathering *g = user;
+    struct bd_projected *seen = malloc(sizeof *seen);
+    BD_ASSERT(seen);
+    const struct bd_point_view view = view_of(g, group);
+    struct bd_point_cut cut;
+    bd_point_clusters_cut(&g->inputs->points->clusters, g->inputs->clusters,
+                          g->inputs->even ? NULL : &view, &cut);
+    for (uint32_t lane = 0; lane < BD_LANES; lane++) {
+        if (group * BD_LANES + lane >= g->part->count) continue;
+        if (g->part->receivers[group].lit[lane] > 0) light_receiver(g, &cut, group, lane, seen);
+    }
+    free(seen);
+}
+
+static double units_of(const struct gathering *g)
+{
+    const struct bd_projector *p = &g->projector;
+    const double points = p->projection == BD_PROJECTION_ALL
+                              ? p->points->count
+                              : p->exploit + 2.0 * p->explore * g->inputs->clusters;
+    return UNITS_PER_POINT * points + UNITS_PER_TEXEL * p->side * p->side;
+}
+
+static enum bd_err light_part(void *user, const struct bd_receiver_part *part)
+{
+    struct gathering *g = user;
+    g->part = part;
+    bd_slicer_work(g->context.slicer, "project");
+    return bd_receivers_each(&g->context, part->group_count, units_of(g) * BD_LANES, light_group,
+                             g);
+}
+
+static enum bd_err run(const struct bd_pass_context *context,
+                       const struct bd_point_gather_inputs *inputs,
+                       struct bd_receivers_inputs *receivers, struct bd_err_detail *detail)
+{
+    struct gathering g = {
+        .context = *context,
+        .processor = {inputs->pool, bd_native_loops()},
+        .inputs = inputs,
+        .projector = {.points = &inputs->points->clusters,
+                      .explore = inputs->explore,
+                      .exploit = inputs->exploit,
+                      .side = inputs->side,
+                      .projection = inputs->projection},
+    };
+    g.context.processor = &g.processor;
+    g.projector.loops = g.processor.loops;
+    receivers->pass = "project";
+    receivers->starts = true;
+    receivers->seed = inputs->seed;
+    receivers->light = light_part;
+    receivers->user = &g;
+    enum bd_err err = bd_microbuffer_init(&g.map, inputs->side, detail);
+    if (!err) err = bd_receivers_run(&g.context, receivers, detail);
+    bd_microbuffer_finish(&g.map);
+    return err;
+}
+
+enum bd_err bd_point_gather_of_fragments(const struct bd_pass_context *context,
+                                         const struct bd_point_gather_inputs *inputs,
+                                         const struct bd_gather_fragments_inputs *gather,
+                                         struct bd_multires_light **out,
+                                         struct bd_err_detail *detail)
+{
+    *out = gather->into;
+    enum bd_err err = BD_ERR_OK;
+    if (!gather->into)
+        err = bd_multires_light_create(context->gpu, &gather->fragments->layout,
+                                       bd_fragment_vectors(gather), out, detail);
+    if (err) return err;
+    struct bd_receivers_inputs receivers = {
+        .askers = bd_fragment_askers(gather), .bind = bd_multires_light_bind, .out = *out};
+    err = run(context, inputs, &receivers, detail);
+    if (err && !gather->into) bd_multires_light_destroy(context->gpu, out);
+    return err;
+}
