@@ -90,6 +90,7 @@ static enum bd_err run_light_side(struct bd_frame *frame)
     enum bd_err err = bd_stage_run(frame, BD_STAGE_LIGHT_PATHS, NULL);
     if (!err) err = bd_stage_run(frame, BD_STAGE_ENV_MAPS, NULL);
     if (!err) err = bd_stage_run(frame, BD_STAGE_PHOTONS, NULL);
+    if (!err) err = bd_stage_run(frame, BD_STAGE_POINTS, NULL);
     if (err) return err;
     if (frame->photons && frame->env_maps) flag_lost_photons(frame);
     if (bd_plan_has(frame->plan, BD_STAGE_VPL_CLUSTERS)) count_clusters(frame);
@@ -134,8 +135,7 @@ static enum bd_err composite(struct bd_frame *frame, bool first, bool only,
         .indirect = frame->made.indirect,
         .glass = frame->made.glass,
         .filtered = frame->plan->filtered,
-        .whole =
-            (frame->plan->final_gather || frame->plan->photons) && !frame->plan->params.lambert,
+        .whole = frame->plan->follows && !frame->plan->params.lambert,
         .lambert = frame->plan->params.lambert,
         // What their strata have apart is the same in all rounds, and no noise of the mean.
         .halves_exchanged = frame->subject.round % 2 == 1,

@@ -298,7 +298,7 @@ static void list_omitted(const struct bd_plan *plan, const struct bd_scene *scen
         omit(report, true, glossy_pass(plan->technique), no_glossy_lobe(plan));
     if (plan->final_gather && !plan->rough)
         omit(report, true, pass_when(plan->technique, BD_WHEN_ROUGH), no_rough_lobe(plan, scene));
-    if ((plan->final_gather || plan->photons) && !plan->caustics)
+    if (plan->follows && !plan->caustics)
         omit(report, true, pass_when(plan->technique, BD_WHEN_CAUSTICS), no_caustics(plan, scene));
     if (plan->indirect && plan->technique->inputs & BD_INPUT_SCREEN)
         list_omitted_of_clamp(plan, report);
@@ -307,14 +307,14 @@ static void list_omitted(const struct bd_plan *plan, const struct bd_scene *scen
 // Whether the technique's own rays and photons go on through glass.
 static bool follows(const struct bd_plan *plan)
 {
-    return plan->technique->inputs & (BD_INPUT_FINAL_GATHER | BD_INPUT_PHOTONS);
+    return plan->technique->inputs & (BD_INPUT_FINAL_GATHER | BD_INPUT_PHOTONS | BD_INPUT_POINTS);
 }
 
 // Rays alone go through glass.
 static bool may_look_through(const struct bd_plan *plan)
 {
-    const bool is_of_papers =
-        plan->params.paper_mode && !(plan->technique->inputs & BD_INPUT_PHOTONS);
+    const bool is_of_papers = plan->params.paper_mode &&
+                              !(plan->technique->inputs & (BD_INPUT_PHOTONS | BD_INPUT_POINTS));
     if (plan->params.lambert || is_of_papers) return false;
     if (!follows(plan) && plan->params.light_rays == 0) return false;
     return !bd_plan_reads(plan, BD_PARAM_RESIDUAL) || bd_params_bring_back(&plan->params);
@@ -547,9 +547,11 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
     out->short_rays = is_clamped && bd_params_bring_back(&out->params);
     out->final_gather = out->indirect && out->technique->inputs & BD_INPUT_FINAL_GATHER;
     out->photons = out->indirect && out->technique->inputs & BD_INPUT_PHOTONS;
-    out->light_paths =
-        !out->photons && (reflects_areas || out->final_gather ||
-                          (out->indirect && (out->bounces > 1 || out->punctuals_by_rays)));
+    out->points = out->indirect && out->technique->inputs & BD_INPUT_POINTS;
+    out->follows = out->final_gather || out->photons || out->points;
+    out->light_paths = !out->photons && !out->points &&
+                       (reflects_areas || out->final_gather ||
+                        (out->indirect && (out->bounces > 1 || out->punctuals_by_rays)));
     out->glass = renders && f->has_transmissive && model_of(out).transmission;
     out->shows_glass = out->glass && !follows(out) && (out->area_lights || out->light_count > 0);
     out->goes_on =
@@ -559,17 +561,17 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
     out->rough = out->final_gather && !out->params.lambert && f->has_rough &&
                  (out->short_rays || !(out->technique->inputs & BD_INPUT_SCREEN)) &&
                  out->params.far_rays >= BD_FAR_RAYS_FOR_ROUGH;
-    out->caustics = (out->final_gather || out->photons) && out->goes_on && out->params.caustics &&
+    out->caustics = out->follows && out->goes_on && out->params.caustics &&
                     (out->light_count > 0 || out->emitters);
     out->flux_lm = total_flux_lm(out, scene);
     out->images = out->photons && asks_images(out);
-    out->rays = out->indirect && !out->images &&
-                (out->final_gather || out->photons || asks(out, BD_VISIBILITY_RAYS));
+    out->rays = out->indirect && !out->images && (out->follows || asks(out, BD_VISIBILITY_RAYS));
     out->imperfect = out->indirect && asks(out, BD_VISIBILITY_ISM);
-    const bool asked = (out->rays || out->imperfect) && !out->photons;
+    const bool asked = (out->rays || out->imperfect) && !out->photons && !out->points;
     out->chosen = out->final_gather || (asked && out->params.rays < count_vpls(out, scene) &&
                                         out->params.rays <= BD_RAYS_CHOSEN_MAX);
-    const bool is_noisy = (out->chosen && out->params.rays > 1) || (out->photons && out->glossy);
+    const bool is_noisy =
+        (out->chosen && out->params.rays > 1) || ((out->photons || out->points) && out->glossy);
     out->filtered = is_noisy && out->params.noise_filter;
     const bool may_share =
         out->indirect && bd_technique_shares(out->technique, &out->params, out->glossy);
@@ -586,13 +588,14 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
     for (enum bd_stage stage = 0; stage < BD_STAGE_COUNT; stage++)
         if (bd_stage_rows[stage].is_needed(out)) out->stages |= 1u << stage;
     out->in_rounds =
-        out->chosen || out->photons || out->shows_glass || bd_plan_has(out, BD_STAGE_AREA_LIGHT);
+        out->chosen || out->follows || out->shows_glass || bd_plan_has(out, BD_STAGE_AREA_LIGHT);
     out->doubts = doubts(out);
     out->layers = layers_of(out, request);
     out->traced_stages = traced_stages_of(out, scene, request);
     report->unoccluded = out->unoccluded;
     describe_request(out, scene, request, report);
-    if (out->indirect && !out->photons) report->counts.vpls = count_vpls(out, scene);
+    if (out->indirect && !out->photons && !out->points)
+        report->counts.vpls = count_vpls(out, scene);
     list_passes(out, report);
     list_omitted(out, scene, report);
     flag_what_is_not_honoured(out, scene, report);

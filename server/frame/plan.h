@@ -33,6 +33,8 @@ struct bd_plan {
     bool light_paths;     // surfaces send that on, what has no maps, or any more than once
     bool final_gather;    // the technique has one: there are light paths, in two sets
     bool images;          // environment maps answer its rays
+    bool points;          // the technique has those, with their light; and no light paths
+    bool follows;         // it follows light itself: by either, or a final gather
     bool photons;         // the technique has those, where they landed; and no light paths
     bool from_screen;     // what falls on surfaces that are seen is asked for, and sent on
     bool short_rays;      // bring what a clamp takes off

@@ -86,6 +86,11 @@ static bool has_photons(const struct bd_plan *plan)
     return plan->photons;
 }
 
+static bool has_points(const struct bd_plan *plan)
+{
+    return plan->points;
+}
+
 static bool has_map(const struct bd_plan *plan)
 {
     return reflects_punctuals(plan) && takes(plan, BD_INPUT_VPL_GRID | BD_INPUT_VPL_CLUSTERS);
@@ -159,7 +164,8 @@ static const char *no_indirect(const struct bd_plan *plan)
 
 static const char *no_map(const struct bd_plan *plan)
 {
-    if (plan->final_gather || plan->photons) return "photons find where light first falls";
+    if (plan->points) return "rays light points";
+    if (plan->follows) return "photons find where light first falls";
     return plan->indirect ? no_light(plan) : no_indirect(plan);
 }
 
@@ -177,6 +183,11 @@ static const char *no_env_maps(const struct bd_plan *plan)
 static const char *no_photons(const struct bd_plan *plan)
 {
     return takes(plan, BD_INPUT_PHOTONS) ? no_indirect(plan) : NULL;
+}
+
+static const char *no_points(const struct bd_plan *plan)
+{
+    return takes(plan, BD_INPUT_POINTS) ? no_indirect(plan) : NULL;
 }
 
 static const char *no_grid(const struct bd_plan *plan)
@@ -286,6 +297,7 @@ OUTPUT(imperfect_shadows, imperfect_shadows)
 OUTPUT(light_paths, light_paths)
 OUTPUT(env_maps, env_maps)
 OUTPUT(photons, photons)
+OUTPUT(lit_points, lit_points)
 OUTPUT(gbuffer, gbuffer)
 OUTPUT(direct, direct)
 OUTPUT(area_light, area_direct)
@@ -510,6 +522,20 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
                       PARAM(PHOTONS) | PARAM(PHOTON_RADIUS) | PARAM(PAPER_MODE),
             KEEPS(photons, frame, photons, bd_run_photons),
         },
+    [BD_STAGE_POINTS] =
+        {
+            .pass = "points",
+            .is_needed = has_points,
+            .why_not = no_points,
+            .from = STAGE(RAYS) | STAGE(EMITTERS),
+            .reads = READS_PLACES | ASPECT(SIDES) | READS_BRDF | BD_READ_UNIT |
+                     BD_READ_PHOTON_SEED | BD_READ_LIGHT_SHAPE | BD_READ_LIGHT_POWER,
+            .glass = ASPECT(MEDIUM),
+            .params = PARAM(BRDF) | PARAM(ALPHA) | PARAM(INDIRECT_BOUNCES) | PARAM(POINTS) |
+                      PARAM(CLUSTERS) | PARAM(EXPLORE) | PARAM(CACHE_CELLS) | PARAM(CAUSTICS) |
+                      PARAM(PHOTONS) | PARAM(PAPER_MODE),
+            KEEPS(lit_points, frame, points, bd_run_points),
+        },
     [BD_STAGE_VPL_ORDER] =
         {
             .pass = "vpl_order",
@@ -570,7 +596,7 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
             .of = BD_STAGE_OF_WHOLE,
             .is_needed = is_indirect,
             .why_not = no_indirect,
-            .from = STAGE(SEEN) | STAGES_OF_VPLS | STAGE(ENV_MAPS) | STAGE(PHOTONS) |
+            .from = STAGE(SEEN) | STAGES_OF_VPLS | STAGE(ENV_MAPS) | STAGE(PHOTONS) | STAGE(POINTS) |
                     STAGE(FRAGMENTS) | STAGE(SURFACES) | STAGE(RAYS) | STAGE(IMPERFECT_SHADOWS) |
                     STAGES_OF_SCREEN,
             .reads = BD_READ_SEED,
@@ -758,10 +784,9 @@ static uint64_t key_reads(uint64_t key, const struct bd_subject *subject, uint32
     if (reads & BD_READ_VIEW_TRACING)
         key = bd_key_number(key, bd_plan_traces(subject->plan, pixels));
     const struct bd_plan *plan = subject->plan;
-    if (reads & BD_READ_SEED && (plan->chosen || plan->photons)) key = key_seed(key, subject);
+    if (reads & BD_READ_SEED && (plan->chosen || plan->follows)) key = key_seed(key, subject);
     if (reads & BD_READ_LIGHT_SEED) key = key_seed(key, subject);
-    if (reads & BD_READ_PHOTON_SEED && (plan->final_gather || plan->photons))
-        key = key_seed(key, subject);
+    if (reads & BD_READ_PHOTON_SEED && plan->follows) key = key_seed(key, subject);
     const uint32_t side_px = plan->params.env_map_size;
     if (reads & BD_READ_ENV_TRACING)
         key = bd_key_number(key, (uint64_t)bd_plan_traces(plan, bd_env_map_texels(side_px)) << 1 |

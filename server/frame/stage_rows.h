@@ -36,6 +36,7 @@
     X(LIGHT_PATHS, light_paths) /* from emitters and the sky */                                    \
     X(ENV_MAPS, env_maps)                                                                          \
     X(PHOTONS, photons)                                                                            \
+    X(POINTS, points)       /* of surfaces, lit */                                                 \
     X(VPL_ORDER, vpl_order) /* of all lights */                                                    \
     X(SHADOW_POINTS, shadow_points)                                                                \
     X(IMPERFECT_SHADOWS, imperfect_shadows) /* of VPLs */                                          \

@@ -19,6 +19,7 @@
 #include "pass/gather.h"
 #include "pass/imperfect_shadows.h"
 #include "pass/light_paths.h"
+#include "pass/lit_points.h"
 #include "pass/photons.h"
 #include "pass/rsm.h"
 #include "pass/shadow_map.h"
@@ -69,6 +70,7 @@ struct bd_frame {
     struct bd_light_paths *light_paths; // from them
     struct bd_env_maps *env_maps;       // instead of triangles
     struct bd_photons *photons;         // from them, and from lamps that have maps
+    struct bd_lit_points *points;       // lit by both
     struct bd_vpl_list *order;          // the VPLs of all lights
     struct bd_shadow_points *shadow_points;
     struct bd_imperfect_shadows *imperfect_shadows; // of VPLs that are gathered

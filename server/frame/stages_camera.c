@@ -189,9 +189,7 @@ static enum bd_err with_inputs(struct bd_frame *frame,
     };
     const struct bd_env_view images = {frame->env_maps, frame->plan->params.paper_mode};
     struct bd_light_uniform *punctuals =
-        frame->plan->final_gather || frame->plan->photons || frame->plan->shows_glass
-            ? bd_stage_punctuals(frame)
-            : NULL;
+        frame->plan->follows || frame->plan->shows_glass ? bd_stage_punctuals(frame) : NULL;
     const struct bd_first_light first_light = {
         frame->emitters,
         punctuals,
@@ -209,6 +207,7 @@ static enum bd_err with_inputs(struct bd_frame *frame,
         .list_count = count,
         .light_paths = frame->light_paths,
         .photons = frame->photons,
+        .points = frame->points,
         .first_light = &first_light,
         .snapshot = frame->snapshot,
         .occluders = frame->plan->rays ? frame->occluders : NULL,
@@ -267,7 +266,7 @@ static bool has_lit_by(const struct bd_frame *frame, const struct bd_technique_p
     const bool lights = frame->made.indirect->fragment_count > 0, lobes = frame->plan->glossy;
     if (pass->when & BD_WHEN_FIRST) return false;
     if (pass->when & (BD_WHEN_GLOSSY | BD_WHEN_FILTERED)) return lobes;
-    if (pass->when) return lights || (lobes && !frame->plan->final_gather && !frame->plan->photons);
+    if (pass->when) return lights || (lobes && !frame->plan->follows);
     return lights && strcmp(pass->name, bd_technique_light_pass(frame->plan->technique)) == 0;
 }
 

@@ -255,6 +255,35 @@ enum bd_err bd_run_photons(struct bd_frame *frame, struct bd_frame_light *light)
     return err;
 }
 
+enum bd_err bd_run_points(struct bd_frame *frame, struct bd_frame_light *light)
+{
+    (void)light;
+    const struct bd_plan *plan = frame->plan;
+    const struct bd_params *params = &plan->params;
+    struct bd_light_uniform *punctuals = bd_stage_punctuals(frame);
+    const struct bd_render_space *space = &frame->scene->space;
+    const struct bd_lit_points_inputs inputs = {
+        .space = space,
+        .snapshot = frame->snapshot,
+        .visibility = bd_stage_light_visibility(frame),
+        .first = {frame->emitters, punctuals, frame->subject.light_count, space},
+        .count = params->points,
+        .clusters = params->clusters,
+        .cells = params->cache_cells,
+        .reflections = plan->bounces,
+        .explore = params->explore,
+        .projected = params->paper_mode,
+        .lambert = params->lambert,
+        .glass = plan->goes_on,
+        .photons = plan->caustics ? params->photons : 0,
+        .seed = frame->subject.seed,
+    };
+    const enum bd_err err =
+        bd_lit_points_run(&frame->context, &inputs, &frame->points, frame->detail);
+    free(punctuals);
+    return err;
+}
+
 // Lights that have lists of their own.
 static uint32_t lights_with_lists(const struct bd_frame *frame)
 {

@@ -13,6 +13,7 @@
 #include "pass/far.h"
 #include "pass/imperfect_shadows.h"
 #include "pass/light_paths.h"
+#include "pass/project_points.h"
 #include "shared/screen.h"
 #include "technique/technique.h"
 
@@ -218,6 +219,19 @@ static const struct param_row table[BD_PARAM_COUNT] = {
           "environment maps, at most: fewer where more show no more"),
     COUNT(ENV_MAP_SIZE, "env_map_size", env_map_size, BD_ENV_MAP_SIDE_MIN, BD_ENV_MAP_SIDE_MAX, 256,
           "texels along a side of an environment map's face"),
+    COUNT(POINTS, "points", points, 1024, BD_SURFACE_POINTS_MAX, 262144,
+          "points of all surfaces, that are lit and projected"),
+    COUNT(CLUSTERS, "clusters", clusters, 1, BD_CLUSTERS_MAX, 512,
+          "of points, that receivers explore"),
+    COUNT(EXPLORE, "explore", explore, 1, BD_EXPLORE_MAX, 2,
+          "points of each cluster that say what it may give"),
+    COUNT(EXPLOIT, "exploit", exploit, 1, 1u << 16, 2048,
+          "points that are drawn by that, of all clusters"),
+    EVEN(MICROBUFFER, "microbuffer", microbuffer, BD_MICROBUFFER_SIDE_MIN, BD_MICROBUFFER_SIDE_MAX,
+         32, "texels along a side of the map that points are projected into, even"),
+    CHOICE(PROJECTION, "projection", projection, 0,
+           "which points are projected: by importance, as many of all clusters alike, or all",
+           "importance", "uniform", "all"),
 };
 
 // Other words for choices. They are read, and never written.

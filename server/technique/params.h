@@ -116,6 +116,13 @@ enum bd_param {
     BD_PARAM_INTERSECTIONS,
     BD_PARAM_ENV_MAPS,
     BD_PARAM_ENV_MAP_SIZE,
+    // Of points that are projected (pass/project_points.h).
+    BD_PARAM_POINTS,
+    BD_PARAM_CLUSTERS,
+    BD_PARAM_EXPLORE,
+    BD_PARAM_EXPLOIT,
+    BD_PARAM_MICROBUFFER,
+    BD_PARAM_PROJECTION,
     BD_PARAM_COUNT,
 };
 
@@ -200,6 +207,8 @@ struct bd_params {
     double photon_radius_m; // 0 = by their density
     uint32_t intersections; // enum bd_intersections
     uint32_t env_maps, env_map_size;
+    uint32_t points, clusters, explore, exploit, microbuffer;
+    uint32_t projection; // enum bd_projection
 };
 
 // Of what a clamp takes off, of techniques that read `residual`: whether the picture gives it back,

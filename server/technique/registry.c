@@ -8,11 +8,17 @@
 
 // A technique registers here, once; clients, tests and the plan find it from then on.
 static const struct bd_technique *const techniques[] = {
-    &bd_technique_direct,         &bd_technique_rsm,
-    &bd_technique_rsm_splat,      &bd_technique_multires_gather,
-    &bd_technique_multires_splat, &bd_technique_isr,
-    &bd_technique_hisr,           &bd_technique_many_light,
-    &bd_technique_ssbc,           &bd_technique_photon,
+    &bd_technique_direct,
+    &bd_technique_rsm,
+    &bd_technique_rsm_splat,
+    &bd_technique_multires_gather,
+    &bd_technique_multires_splat,
+    &bd_technique_isr,
+    &bd_technique_hisr,
+    &bd_technique_many_light,
+    &bd_technique_ssbc,
+    &bd_technique_photon,
+    &bd_technique_point_projection,
     &bd_technique_reference,
 };
 #define TECHNIQUE_COUNT (sizeof techniques / sizeof techniques[0])

@@ -24,6 +24,7 @@ enum bd_frame_input {
     BD_INPUT_FINAL_GATHER = 1u << 4, // light paths in two sets (pass/light_paths.h)
     BD_INPUT_SCREEN = 1u << 5,       // what falls on surfaces that are seen, by direct light
     BD_INPUT_PHOTONS = 1u << 6,      // photons where they landed (pass/photons.h)
+    BD_INPUT_POINTS = 1u << 7,       // points with their light (pass/lit_points.h)
 };
 
 // Parameters that the frame reads for those inputs, G-buffer and direct light included.
@@ -90,6 +91,9 @@ struct bd_tolerance {
     // "KEY=VALUE KEY=VALUE": what must be set for it, where the defaults leave light out by design.
     // NULL: at default parameters.
     const char *settings;
+    // Of the light on one side of an opaque wall, what comes through it: where what hides light are
+    // points, there are holes between them. 0: nothing.
+    double leak;
 };
 
 struct bd_area_direct;
@@ -99,6 +103,7 @@ struct bd_first_light;
 struct bd_irradiance_cells;
 struct bd_fragments;
 struct bd_light_paths;
+struct bd_lit_points;
 struct bd_photons;
 struct bd_scene;
 struct bd_surfaces;
@@ -130,6 +135,7 @@ struct bd_technique_inputs {
     const struct bd_vpl_list *vpls_in_order;  // of all lists, where some are chosen; else NULL
     const struct bd_light_paths *light_paths; // BD_INPUT_FINAL_GATHER
     const struct bd_photons *photons;         // BD_INPUT_PHOTONS
+    const struct bd_lit_points *points;       // BD_INPUT_POINTS
     const struct bd_first_light *first_light; // of either
     const struct bd_irradiance_cells *cells;  // of sub-frames that share: the first one's
     const struct bd_scene *snapshot;
@@ -288,6 +294,7 @@ extern const struct bd_technique bd_technique_many_light;
 extern const struct bd_technique bd_technique_multires_gather;
 extern const struct bd_technique bd_technique_multires_splat;
 extern const struct bd_technique bd_technique_photon;
+extern const struct bd_technique bd_technique_point_projection;
 extern const struct bd_technique bd_technique_reference;
 extern const struct bd_technique bd_technique_rsm;
 extern const struct bd_technique bd_technique_rsm_splat;

@@ -1,0 +1,185 @@
+// Technique `point_projection` (algorithms.md A4): light of all kinds, reflected any number of
+// times, at points of all surfaces. Each receiver projects some of them into a small map of what it
+// sees over its plane, drawn where they may give it much.
+//
+// Paper:  Maletz, Wang and Bowers 2011. Beyond it: systematic counts, splats by how many were
+//         drawn, exact disks and texels; all reflections, by cells that see points themselves;
+//         lamps of all kinds; glass
+// Exact when: `points`, `exploit` and `microbuffer` grow, for diffuse light
+// Known:  what hides light is a map of a thousand texels: edges of shadows are as soft, and thin
+//         walls let through what lies in the holes between points; light of single pixels is noisy
+
+#include "pass/filter_light.h"
+#include "pass/gloss.h"
+#include "pass/photon_density.h"
+#include "pass/point_gather.h"
+#include "technique/far_light.h"
+#include "technique/fragment_light.h"
+#include "technique/technique.h"
+
+static struct bd_photon_density_inputs caustics_of(const struct bd_technique_inputs *inputs,
+                                                   const struct bd_visibility_inputs *visibility)
+{
+    return (struct bd_photon_density_inputs){.map = inputs->points->caustics,
+                                             .snapshot = inputs->snapshot,
+                                             .visibility = visibility,
+                                             .pool = inputs->pool,
+                                             .lambert = inputs->params->lambert,
+                                             .pass = "caustics"};
+}
+
+static enum bd_err light_fragments(const struct bd_pass_context *context,
+                                   const struct bd_technique_inputs *inputs,
+                                   const struct bd_unlit *unlit, struct bd_multires_light **out,
+                                   struct bd_err_detail *detail)
+{
+    const struct bd_params *params = inputs->params;
+    const struct bd_gather_fragments_inputs fragments = bd_fragment_inputs(inputs, unlit);
+    const struct bd_point_gather_inputs gather = {
+        .points = inputs->points,
+        .clusters = params->clusters,
+        .even = params->paper_mode,
+        .explore = params->explore,
+        .exploit = params->exploit,
+        .side = params->microbuffer,
+        .projection = (enum bd_projection)params->projection,
+        .pool = inputs->pool,
+        .seed = inputs->seed_of_sub_frame,
+    };
+    return bd_point_gather_of_fragments(context, &gather, &fragments, out, detail);
+}
+
+static enum bd_err light_pixels(const struct bd_pass_context *context,
+                                const struct bd_technique_inputs *inputs,
+                                const struct bd_unlit *unlit, struct bd_multires_light **out,
+                                struct bd_err_detail *detail)
+{
+    const struct bd_gather_fragments_inputs fragments = bd_fragment_inputs(inputs, unlit);
+    const struct bd_visibility_inputs visibility = bd_technique_visibility(inputs);
+    const struct bd_photon_density_inputs caustics = caustics_of(inputs, &visibility);
+    enum bd_err err = light_fragments(context, inputs, unlit, out, detail);
+    if (err || !caustics.map) return err;
+    return bd_photon_density_add(context, &caustics, &fragments, *out, detail);
+}
+
+static enum bd_err add_lobes(const struct bd_pass_context *context,
+                             const struct bd_technique_inputs *inputs, uint32_t rays,
+                             struct bd_indirect *indirect, struct bd_err_detail *detail)
+{
+    const struct bd_visibility_inputs visibility = bd_technique_visibility(inputs);
+    const struct bd_far_inputs far = {
+        .snapshot = inputs->snapshot,
+        .visibility = &visibility,
+        .first = inputs->first_light,
+        .cells = inputs->points->cells,
+        .rays = rays,
+        .seed = inputs->seed_of_sub_frame,
+        .sends = inputs->params->lambert ? BD_SENDS_LAMBERT : BD_SENDS_ALL,
+        .glass = inputs->glass ? BD_GLASS_PASSES : BD_GLASS_HIDES,
+        .caustics = inputs->points->caustics,
+    };
+    struct bd_gather_inputs gather = bd_technique_gather_inputs(inputs);
+    gather.visibility = &visibility;
+    gather.glossy = false;
+    enum bd_err err = bd_gloss_run(context, &far, &gather, indirect, detail);
+    if (err || !inputs->filtered) return err;
+    const struct bd_smoothing smoothing = {BD_FAR_FILTER_LEVELS, inputs->variance_part, true};
+    return bd_filter_light_run(context, &gather, &smoothing, indirect, detail);
+}
+
+static enum bd_err light_lobes(const struct bd_pass_context *context,
+                               const struct bd_technique_inputs *inputs,
+                               struct bd_indirect *indirect, struct bd_err_detail *detail)
+{
+    const uint32_t rays = inputs->params->far_rays;
+    const struct bd_gather_inputs gather = bd_technique_gather_inputs(inputs);
+    const struct bd_visibility_inputs visibility = bd_technique_visibility(inputs);
+    const struct bd_photon_density_inputs caustics = caustics_of(inputs, &visibility);
+    enum bd_err err =
+        add_lobes(context, inputs, inputs->alone ? rays : bd_few_rays(rays), indirect, detail);
+    if (err || !caustics.map) return err;
+    return bd_photon_density_run_lobes(context, &caustics, &gather, indirect, detail);
+}
+
+static enum bd_err complete(const struct bd_pass_context *context,
+                            const struct bd_technique_inputs *inputs, struct bd_indirect *indirect,
+                            struct bd_err_detail *detail)
+{
+    const struct bd_gather_inputs gather = bd_technique_gather_inputs(inputs);
+    const struct bd_visibility_inputs visibility = bd_technique_visibility(inputs);
+    const struct bd_photon_density_inputs caustics = caustics_of(inputs, &visibility);
+    enum bd_err err = BD_ERR_OK;
+    if (inputs->glossy_receivers)
+        err = add_lobes(context, inputs, inputs->params->far_rays, indirect, detail);
+    if (err || !caustics.map) return err;
+    return bd_photon_density_run(context, &caustics, &gather, indirect, detail);
+}
+
+static enum bd_err light(const struct bd_pass_context *context,
+                         const struct bd_technique_inputs *inputs, struct bd_indirect **out,
+                         struct bd_err_detail *detail)
+{
+    enum bd_err err = bd_fragment_light(context, inputs, "project", light_fragments, out, detail);
+    if (err) return err;
+    err = complete(context, inputs, *out, detail);
+    if (err) bd_indirect_destroy(context->gpu, out);
+    return err;
+}
+
+static const struct bd_technique_pass passes[] = {
+    {"project", 0},
+    {"upsample", 0},
+    {"caustics", BD_WHEN_CAUSTICS},
+    {"gloss", BD_WHEN_GLOSSY},
+    {"filter", BD_WHEN_FILTERED},
+    {NULL, 0},
+};
+static const struct bd_param_default defaults[] = {
+    {BD_PARAM_DEPTH_TEST, BD_DEPTH_TEST_STEP},
+    {BD_PARAM_DEPTH_THRESHOLD, 0.01},
+    {BD_PARAM_FINEST, 1}, // 2 pixels
+    {BD_PARAM_INDIRECT_BOUNCES, 64},
+    {BD_PARAM_CACHE_CELLS, 8192},
+};
+static const char *const ladder[] = {
+    "points=65536 exploit=512 explore=1 microbuffer=16 far_rays=2 depth_threshold=0.02 "
+    "normal_threshold=0.5 finest=4 light_rays=16",
+    "points=262144 exploit=2048 explore=2 microbuffer=32 far_rays=4 depth_threshold=0.01 "
+    "normal_threshold=0.25 finest=2 light_rays=16",
+    "points=262144 exploit=4096 explore=2 microbuffer=32 far_rays=8 depth_threshold=0.005 "
+    "normal_threshold=0.1 finest=1 light_rays=32",
+    "points=1048576 exploit=16384 explore=2 microbuffer=48 far_rays=32 depth_threshold=0 "
+    "normal_threshold=0 finest=1 light_rays=64",
+    NULL,
+};
+
+const struct bd_technique bd_technique_point_projection = {
+    .name = "point_projection",
+    .summary = "all light, any number of reflections: points of surfaces in maps of what is seen",
+    .model = {.indirect_bounces = BD_MODEL_BOUNCES_UNLIMITED,
+              .indirect_visibility = true,
+              .lights = BD_LIGHTS_ALL,
+              .glossy_receivers = true,
+              .transmission = true,
+              .coverage = true,
+              .indirect_lights = BD_LIGHTS_ALL},
+    .inputs = BD_INPUT_POINTS | BD_INPUT_FRAGMENTS,
+    .passes = passes,
+    .params_read =
+        BD_READS_DIRECT | BD_READS(BD_PARAM_ALPHA) | BD_READS_LIGHT_PATHS | BD_READS_FRAGMENTS |
+        BD_READS(BD_PARAM_FAR_RAYS) | BD_READS(BD_PARAM_SUB_FRAMES) |
+        BD_READS(BD_PARAM_NOISE_FILTER) | BD_READS(BD_PARAM_PAPER_MODE) | BD_READS_CAUSTICS |
+        BD_READS(BD_PARAM_CACHE_CELLS) | BD_READS(BD_PARAM_POINTS) | BD_READS(BD_PARAM_CLUSTERS) |
+        BD_READS(BD_PARAM_EXPLORE) | BD_READS(BD_PARAM_EXPLOIT) | BD_READS(BD_PARAM_MICROBUFFER) |
+        BD_READS(BD_PARAM_PROJECTION),
+    .defaults = defaults,
+    .default_count = sizeof defaults / sizeof *defaults,
+    .tolerance = {.direct = 1e-3, .indirect = 5e-2, .leak = 1e-2},
+    .hazard_codes = "I",
+    .ladder = ladder,
+    .for_comparison = true,
+    .is_sampled = true,
+    .indirect = light,
+    .light_pixels = light_pixels,
+    .light_glossy = light_lobes,
+};
