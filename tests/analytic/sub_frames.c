@@ -206,7 +206,7 @@ static void what_is_shared_is_near_what_is_not(void **state)
             assert_int_equal(sub_frames_of(&own.report, "direct"), 4);
             finish(&shared), finish(&own);
         }
-    assert_int_equal(shared_count, 13);
+    assert_int_equal(shared_count, 15);
 }
 
 // Parts of a pixel on one side of a line of that angle, `offset` from its centre.

@@ -1,0 +1,75 @@
+"""Technique point_projection: a function of the scene, the view, the parameters and the seed; what its light rests on."""
+import bounced
+import numpy
+import pytest
+from conftest import SCENES
+
+SIDE = (32, 32)
+
+
+@pytest.fixture(scope="module")
+def client():
+    with bounced.private() as client:
+        yield client
+
+
+@pytest.fixture(scope="module")
+def scene(client):
+    return client.scenes.add(SCENES / "cornell.glb")
+
+
+def render(scene, **parameters):
+    frame = scene.render(size=SIDE, technique="point_projection", layers=["indirect"], fresh="all",
+                         parameters={"points": 16384, **parameters})
+    return frame
+
+
+def light(frame):
+    return frame.layers["indirect"][..., :3]
+
+
+def states(frame):
+    return {entry["name"]: entry["state"] for entry in frame.report["passes"]}
+
+
+def test_the_same_bytes_twice_and_others_by_seed(scene):
+    first, second = render(scene), render(scene)
+    assert light(first).tobytes() == light(second).tobytes()
+    other = scene.render(size=SIDE, technique="point_projection", layers=["indirect"], fresh="all", seed=1,
+                         parameters={"points": 16384})
+    assert light(other).tobytes() != light(first).tobytes()
+    assert abs(light(other).mean() / light(first).mean() - 1) < 0.02
+
+
+def test_fewer_reflections_are_darker(scene):
+    means = [light(render(scene, indirect_bounces=count)).mean() for count in (1, 2, 64)]
+    assert means[0] < 0.75 * means[1] and means[1] < means[2]
+
+
+def test_importance_is_nearer_to_all_points_than_chance(scene):
+    settings = {"finest": 1, "coarsest": 64, "depth_threshold": 0, "normal_threshold": 0, "indirect_bounces": 1}
+    every = light(render(scene, projection="all", **settings))
+    off = {by: numpy.sqrt(((light(render(scene, projection=by, exploit=512, clusters=128, **settings)) - every) ** 2).mean())
+           for by in ("importance", "uniform")}
+    assert off["importance"] < 0.7 * off["uniform"]
+
+
+def test_points_are_taken_over_from_another_view(scene):
+    pose = {"layers": ["indirect"], "technique": "point_projection", "parameters": {"points": 8192}}
+    scene.render(size=SIDE, fresh="all", **pose)
+    moved = scene.render(size=(24, 24), **pose)
+    assert states(moved)["points"] == "reused" and states(moved)["project"] == "ran"
+
+
+def test_as_the_paper_has_it(scene):
+    paper, own = light(render(scene, paper_mode=1)), light(render(scene))
+    assert 0.5 < paper.mean() / own.mean() < 1.5
+    assert paper.tobytes() != own.tobytes()
+
+
+@pytest.mark.parametrize("parameter, value", [("points", 1), ("clusters", 2000), ("explore", 0), ("microbuffer", 33),
+                                              ("projection", "none"), ("exploit", 0)])
+def test_what_is_out_of_range_is_refused(scene, parameter, value):
+    with pytest.raises(bounced.Error) as refused:
+        render(scene, **{parameter: value})
+    assert parameter in str(refused.value)
