@@ -62,16 +62,16 @@ KERNEL bool is_point_seen(float height, float facing, float r2)
 // place's normal. `facing`: its normal times the way to it, `height`: the place's.
 KERNEL float importance_of_point(float height, float facing, float r2, float area)
 {
-    float r = f_sqrt(r2), far = area * facing / (r2 * r);
-    return far * part_of_small_disk(far * (1.0f / F_PI)) * height / r;
+    float per_r = 1.0f / f_sqrt(r2), far = area * facing * (per_r * per_r * per_r);
+    return far * part_of_small_disk(far * (1.0f / F_PI)) * (height * per_r);
 }
 
 // Texels that it covers, of a map with so many along a side: a texel has 2 / (side^2 w^3), w how
-// long a unit step along the ways' coordinates, all together, is; `sum` that of the way.
-KERNEL float texels_of_point(float facing, float r2, float sum, float area, float side)
+// long a unit step along the ways' coordinates, all together, is; `per_sum` 1 over that of the way.
+KERNEL float texels_of_point(float facing, float r2, float per_sum, float area, float side)
 {
-    float far = area * facing / (r2 * f_sqrt(r2));
-    float texels = 0.5f * side * side * area * facing / (sum * sum * sum);
+    float per_r = 1.0f / f_sqrt(r2), far = area * facing * (per_r * per_r * per_r);
+    float texels = 0.5f * side * side * area * facing * (per_sum * per_sum * per_sum);
     return texels * part_of_small_disk(far * (1.0f / F_PI));
 }
 

@@ -61,21 +61,22 @@ void WIDE(bd_native_weigh_points)(const struct bd_native_place *place,
 static void cover(const struct ways *restrict ways, const float *restrict area, float side,
                   uint32_t first_slot, struct squares *restrict squares)
 {
+    const float places_of_texel = 2.0f / side;
     LANES(i)
     {
         const f3 to = f3_of(ways->x[i], ways->y[i], ways->z[i]);
         const float r2 = f_max(f3_dot(to, to), NEAREST_R2);
-        const float sum = f_max(f_abs(to.x) + f_abs(to.y) + f_abs(to.z), 1e-18f);
-        const float u = texel_of_place((to.x + to.y) / sum, side);
-        const float v = texel_of_place((to.x - to.y) / sum, side);
-        const float texels = texels_of_point(f_abs(ways->facing[i]), r2, sum, area[i], side);
+        const float per_sum = 1.0f / f_max(f_abs(to.x) + f_abs(to.y) + f_abs(to.z), 1e-18f);
+        const float u = f_min(texel_of_place((to.x + to.y) * per_sum, side), side);
+        const float v = f_min(texel_of_place((to.x - to.y) * per_sum, side), side);
+        const float texels = texels_of_point(f_abs(ways->facing[i]), r2, per_sum, area[i], side);
         const float half = 0.5f * f_max(f_sqrt(SPLAT_OVERLAP * texels), 1.0f);
         squares->first_u[i] = (int32_t)f_min(f_max(u - half + 0.5f, 0.0f), side - 1.0f);
         squares->first_v[i] = (int32_t)f_min(f_max(v - half + 0.5f, 0.0f), side - 1.0f);
         squares->end_u[i] = (int32_t)f_min(u + half + 0.5f, side);
         squares->end_v[i] = (int32_t)f_min(v + half + 0.5f, side);
-        const f3 middle = way_of_place(place_of_texel((float)(int32_t)u + 0.5f, side),
-                                       place_of_texel((float)(int32_t)v + 0.5f, side));
+        const f3 middle = way_of_place(((float)(int32_t)u + 0.5f) * places_of_texel - 1.0f,
+                                       ((float)(int32_t)v + 0.5f) * places_of_texel - 1.0f);
         const f3 normal = f3_of(ways->normal_x[i], ways->normal_y[i], ways->normal_z[i]);
         const float plane2 =
             distance2_of_plane(ways->facing[i], r2, f3_dot(normal, middle), f3_dot(middle, middle));
