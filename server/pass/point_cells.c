@@ -232,8 +232,9 @@ static enum bd_err walk(struct cells *c, struct bd_ray_counts *traced)
         aim_walk(c, starts, count, step);
         err = bd_nearest_ask(&c->context, c->inputs->visibility, c->walk, count, c->walk_hits,
                              traced, c->detail);
+        if (err) break;
         struct bd_surface_point *landed = c->places + c->place_count;
-        if (!err) count = land(c, starts, count, landed);
+        count = land(c, starts, count, landed);
         c->place_count += count;
         count = spread_evenly(c, landed, count, starts);
     }

@@ -6,7 +6,7 @@
 // points in a map of what is seen, as Maletz, Wang and Bowers have it. Rays are the default: each
 // reflection would lose what leaks between points.
 //
-// Private to pass/. Cost: 80 rays and as many searches a cell, or 15 us; 1 us a cell and round.
+// Private to pass/. Cost: some 80 us a cell, of 64 rays and as many searches; 1 us a cell and round.
 //
 // Thread: render thread, and the pool's.
 

@@ -4,7 +4,7 @@
 // Exact but for the map: what is nearer than a texel's width to an edge may lie on its other side,
 // and holes between points show what lies behind them.
 //
-// Cost: 30 us a receiver and core at 3,072 points.
+// Cost: 70 to 80 us a receiver and core at 3,072 points.
 //
 // Maletz, Wang, Bowers 2011. Thread: render thread, and the pool's.
 
