@@ -148,6 +148,8 @@ static const char *const ladder[] = {
     "normal_threshold=0.25 finest=2 light_rays=16",
     "points=262144 exploit=4096 explore=2 microbuffer=32 far_rays=8 depth_threshold=0.005 "
     "normal_threshold=0.1 finest=1 light_rays=32",
+    "points=524288 exploit=2048 explore=2 microbuffer=32 far_rays=16 depth_threshold=0 "
+    "normal_threshold=0 finest=1 light_rays=32",
     "points=1048576 exploit=16384 explore=2 microbuffer=48 far_rays=32 depth_threshold=0 "
     "normal_threshold=0 finest=1 light_rays=64",
     NULL,

@@ -97,6 +97,8 @@ static double part_of_pixels(struct world *w, const struct bd_technique *techniq
     set(&few, "vpls", "64");
     set(&few, "cluster_levels", "0");
     set(&few, "photons", "1024");
+    set(&few, "points", "1024");
+    set(&few, "exploit", "1");
     struct bd_report report = render(w, technique, &few, side_px, &ms);
     return (double)report.counts.fragments / (side_px * side_px);
 }
@@ -108,6 +110,13 @@ static double vpls_of(struct world *w, const struct bd_technique *technique,
     double ms;
     set(&few, "photons", "1024");
     return (double)render(w, technique, &few, 1, &ms).counts.vpls;
+}
+
+// Points that a place looks at, twice where they say what others may give.
+static double points_of(const struct bd_param_list *rung)
+{
+    return number(rung, "exploit", 2048) +
+           2 * number(rung, "explore", 2) * number(rung, "clusters", 512);
 }
 
 // Where each walks a tree.
@@ -132,6 +141,7 @@ static double cost_of(struct world *w, const struct bd_technique *technique,
     double places = 1;
     if (technique->inputs & BD_INPUT_FRAGMENTS) places = part_of_pixels(w, technique, rung);
     if (technique->inputs & BD_INPUT_VPL_TREE) return places * ms_of_a_place(w, technique, rung);
+    if (technique->inputs & BD_INPUT_POINTS) return COST_OF_A_PIXEL + places * points_of(rung);
     double share = number(rung, "splat_share", 1);
     return COST_OF_A_PIXEL + places * share * vpls_of(w, technique, rung);
 }
