@@ -6,7 +6,8 @@
 // has them, or of the same solid angle as receivers in a box see them, so that what is near is of
 // many (algorithms.md A4).
 //
-// A function of the points. Cost: 150 ns a point; 60 us a cut of 512.
+// A function of the points. Cost: of making it, all points at every halving; of a cut, a heap of as
+// many parts.
 //
 // Maletz, Wang, Bowers 2011; Christensen 2008 (points in a tree). Thread: made by one, then read by
 // all.

@@ -6,7 +6,7 @@
 //
 // A function of the snapshot, its lights and these numbers, and not of a camera.
 //
-// Cost: 1 to 3 us a point and core, and what cells cost.
+// Cost: 4 to 6 us a point and core with 8,192 cells (Cornell box, Sponza).
 //
 // Thread: render thread, and the pool's.
 

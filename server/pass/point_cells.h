@@ -1,12 +1,13 @@
 // Light that goes round between points of surfaces, in cells (lights/irradiance_cells.h) of places
-// that a walk from lit points comes to: what nobody sees has none. One place of each looks about,
-// once, and light is sent along what it saw until it changes no more.
+// that a walk from lit points comes to: what nobody sees has none, or the insides of cupboards would
+// be half of a kitchen's mean. One place of each looks about, once, and light is sent along what it
+// saw until it changes no more.
 //
 // It looks by rays, that bring what the points next to their ends send; or as receivers do, by
 // points in a map of what is seen, as Maletz, Wang and Bowers have it. Rays are the default: each
 // reflection would lose what leaks between points.
 //
-// Private to pass/. Cost: some 80 us a cell, of 64 rays and as many searches; 1 us a cell and round.
+// Private to pass/. Cost: 64 rays and as many searches a cell, and so many looks a round.
 //
 // Thread: render thread, and the pool's.
 
