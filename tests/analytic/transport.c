@@ -268,9 +268,7 @@ static void cube_room_by_every_technique(void **state)
         for (uint32_t i = 0; i < 3; i++) {
             float l = bd_image_at(layers[BD_LAYER_INDIRECT], pixels[i][0], pixels[i][1])[0];
             ASSERT_REL(l * M_PI / (0.5 * 0.5), expected[i],
-                       technique->inputs & (BD_INPUT_PHOTONS | BD_INPUT_POINTS)
-                           ? .02
-                           : .01); // D9: 1,100 photons
+                       technique->inputs & BD_INPUT_PHOTONS ? .02 : .01); // D9: 1,100 photons
         }
         world_free_layers(layers);
         tried++;

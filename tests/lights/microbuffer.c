@@ -1,5 +1,5 @@
 // What texels of a map of the hemisphere are worth (lights/microbuffer.h), against sums over fine
-// grids within each; and what a point covers of them (kernel/microbuffer.h).
+// grids within each; and what a point covers of them (lights/projected_point.h).
 
 #include <math.h>
 #include <stdio.h>
