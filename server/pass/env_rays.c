@@ -217,13 +217,15 @@ static bool halve(const struct asked *a, float beyond, float g_beyond, struct fo
 }
 
 // Ends of the steps: equal angles of the arc, by the sine rule; the last one is where what lies
-// ahead, seen from the centre, is passed.
+// ahead, seen from the centre, is passed, whatever is rounded: of a ray that begins at the centre
+// nothing else lies between.
 static void step_ends(const struct asked *a, float ends[STEPS])
 {
     uint32_t texel = bd_env_texel_towards(a->maps->side_px, a->along);
     const float ahead = a->map->distances[texel];
     const float last =
-        (isfinite(ahead) ? ahead : 4 * (float)a->maps->hits.space.radius) + 2 * a->away;
+        (isfinite(ahead) ? (1 + SLACK) * ahead : 4 * (float)a->maps->hits.space.radius) +
+        2 * a->away;
     const f3 across = f3_cross(a->from, a->along);
     const float arc = atan2f(f3_length(across), f3_dot(a->from, a->along));
     const bool has_arc = f3_length(across) > ARC_LEAST * a->away;

@@ -292,6 +292,46 @@ static void segments_are_blocked_alike(void **unused)
     stage_destroy(&stage);
 }
 
+// Hazard 40: of a ray that begins at a map's centre, or goes through it, no arc is left to step
+// along.
+static void aim_at_centre(struct place *place, const f3 centre)
+{
+    const struct bd_sequence sequence = bd_sequence_of(40, 5);
+    for (uint32_t i = 0; i < place->count; i++) {
+        struct bd_ray *ray = &place->asked[i];
+        const f3 way = f3_sub(centre, f3_of(ray->origin[0], ray->origin[1], ray->origin[2]));
+        const bool goes_through = i % 2 && f3_dot(way, place->normals[i]) > 0;
+        float number[2];
+        bd_sequence_pair(&sequence, i, number);
+        const f3 d = goes_through ? f3_unit(way) : bd_direction_at(1 - 2 * number[0], number[1]);
+        memcpy(ray->direction, (float[3]){d.x, d.y, d.z}, sizeof ray->direction);
+        if (goes_through) continue;
+        memcpy(ray->origin, (float[3]){centre.x, centre.y, centre.z}, sizeof ray->origin);
+        ray->from_triangle = BD_NO_TRIANGLE;
+    }
+    bd_rays_nearest(place->rays, place->pool, BD_RAYS_ALPHA_MASK, place->asked, place->count,
+                    place->met);
+}
+
+static void rays_through_a_centre_meet_what_lies_ahead(void **unused)
+{
+    (void)unused;
+    static const double centre[3] = {0};
+    struct stage *stage = stage_create();
+    const int32_t wall = stage_material(stage, 0.5f);
+    stage_sphere(stage, wall, centre, 1, 4, true);
+    stage_material_at(stage, wall)->double_sided = false;
+    struct place *place = enter("rays through the centre", finished(stage));
+    struct bd_env_maps *maps = maps_of(place, 1, true, 0);
+    aim_at_centre(place, maps->maps[0].centre);
+    const struct counts counts = ask(place, maps, false, 5e-3f);
+    assert_int_equal(counts.hits, place->count);
+    assert_true(part(counts.right, &counts) >= 0.999);
+    bd_env_maps_destroy(context.gpu, &maps);
+    leave(&place);
+    stage_destroy(&stage);
+}
+
 // --- the choice ---------------------------------------------------------------------------------
 
 // Points of all surfaces that some centre sees, of all of them.
@@ -392,6 +432,7 @@ int main(int argc, char **argv)
         cmocka_unit_test(in_convex_rooms_nearly_all_are_right),
         cmocka_unit_test(what_is_hidden_from_one_others_show),
         cmocka_unit_test(segments_are_blocked_alike),
+        cmocka_unit_test(rays_through_a_centre_meet_what_lies_ahead),
         cmocka_unit_test(scenes_of_the_lists),
     };
     file_count = argc - 1;
