@@ -5,29 +5,48 @@
 #include "pass/gather_chosen_fragments.h"
 #include "pass/gloss.h"
 #include "pass/light_paths.h"
+#include "pass/lit_points.h"
 #include "pass/photon_density.h"
+#include "pass/photons.h"
 #include "technique/fragment_light.h"
 
 // Of a cell of the cache: what many pixels share is worth many rays.
 #define CELL_VPL_RAYS 32u
 #define CELL_FAR_RAYS 16u
 
-struct bd_far_inputs bd_far_of_list(const struct bd_technique_inputs *inputs,
-                                    const struct bd_visibility_inputs *visibility,
-                                    const struct bd_vpl_list *list, uint32_t rays)
+// Each kind of light path has one map of what lamps send through glass.
+static const struct bd_photon_map *caustics_of(const struct bd_technique_inputs *inputs)
+{
+    if (inputs->photons) return inputs->photons->caustics;
+    if (inputs->points) return inputs->points->caustics;
+    return inputs->light_paths->caustics;
+}
+
+struct bd_far_inputs bd_far_of(const struct bd_technique_inputs *inputs,
+                               const struct bd_visibility_inputs *visibility, uint32_t rays)
 {
     return (struct bd_far_inputs){
         .snapshot = inputs->snapshot,
         .visibility = visibility,
+        .cells = inputs->points ? inputs->points->cells : inputs->cells,
         .first = inputs->first_light,
-        .area = list->soft_area,
-        .clamp = list->clamp,
         .rays = rays,
         .seed = inputs->seed_of_sub_frame,
         .sends = inputs->params->lambert ? BD_SENDS_LAMBERT : BD_SENDS_ALL,
         .glass = inputs->glass ? BD_GLASS_PASSES : BD_GLASS_HIDES,
-        .caustics = inputs->light_paths->caustics,
+        .caustics = caustics_of(inputs),
+        .photons = inputs->photons ? inputs->photons->global : NULL,
     };
+}
+
+struct bd_far_inputs bd_far_of_list(const struct bd_technique_inputs *inputs,
+                                    const struct bd_visibility_inputs *visibility,
+                                    const struct bd_vpl_list *list, uint32_t rays)
+{
+    struct bd_far_inputs far = bd_far_of(inputs, visibility, rays);
+    far.area = list->soft_area;
+    far.clamp = list->clamp;
+    return far;
 }
 
 enum bd_err bd_far_light_cache(const struct bd_pass_context *context,
@@ -61,10 +80,10 @@ static uint32_t own_rays(const struct bd_technique_inputs *inputs, uint32_t rays
     return rays > ALONE_RAYS ? rays : ALONE_RAYS;
 }
 
-static struct bd_photon_density_inputs caustics_of(const struct bd_technique_inputs *inputs,
-                                                   const struct bd_visibility_inputs *visibility)
+static struct bd_photon_density_inputs density_of(const struct bd_technique_inputs *inputs,
+                                                  const struct bd_visibility_inputs *visibility)
 {
-    return (struct bd_photon_density_inputs){.map = inputs->light_paths->caustics,
+    return (struct bd_photon_density_inputs){.map = caustics_of(inputs),
                                              .snapshot = inputs->snapshot,
                                              .visibility = visibility,
                                              .pool = inputs->pool,
@@ -95,9 +114,18 @@ enum bd_err bd_far_light_pixels(const struct bd_pass_context *context,
     far.cells = inputs->cells;
     enum bd_err err = bd_gather_chosen_fragments_run(context, &chosen, out, detail);
     if (!err) err = bd_far_of_fragments(context, &far, &gather, *out, detail);
-    if (err || !paths->caustics) return err;
-    const struct bd_photon_density_inputs density = caustics_of(inputs, &rays);
-    return bd_photon_density_add(context, &density, &gather, *out, detail);
+    return err ? err : bd_far_light_add_caustics(context, inputs, &gather, *out, detail);
+}
+
+enum bd_err bd_far_light_add_caustics(const struct bd_pass_context *context,
+                                      const struct bd_technique_inputs *inputs,
+                                      const struct bd_gather_fragments_inputs *gather,
+                                      struct bd_multires_light *light, struct bd_err_detail *detail)
+{
+    const struct bd_visibility_inputs visibility = bd_technique_visibility(inputs);
+    const struct bd_photon_density_inputs density = density_of(inputs, &visibility);
+    if (!density.map) return BD_ERR_OK;
+    return bd_photon_density_add(context, &density, gather, light, detail);
 }
 
 enum bd_err bd_far_light_caustics(const struct bd_pass_context *context,
@@ -106,28 +134,69 @@ enum bd_err bd_far_light_caustics(const struct bd_pass_context *context,
                                   struct bd_indirect *indirect, struct bd_err_detail *detail)
 {
     const struct bd_visibility_inputs visibility = bd_technique_visibility(inputs);
-    const struct bd_photon_density_inputs density = caustics_of(inputs, &visibility);
+    const struct bd_photon_density_inputs density = density_of(inputs, &visibility);
     if (!density.map) return BD_ERR_OK;
     return bd_photon_density_run(context, &density, gather, indirect, detail);
 }
 
 enum bd_err bd_far_light_lobes(const struct bd_pass_context *context,
                                const struct bd_technique_inputs *inputs,
-                               struct bd_indirect *indirect, struct bd_err_detail *detail)
+                               const struct bd_far_inputs *far,
+                               const struct bd_gather_inputs *gather, struct bd_indirect *indirect,
+                               struct bd_err_detail *detail)
+{
+    struct bd_far_inputs of_rough = *far;
+    enum bd_err err = BD_ERR_OK;
+    if (inputs->glossy_receivers) err = bd_gloss_run(context, far, gather, indirect, detail);
+    of_rough.rays = bd_few_rays(far->rays);
+    if (!err && inputs->rough_receivers)
+        err = bd_gloss_of_rough_run(context, &of_rough, gather, indirect, detail);
+    return err;
+}
+
+static enum bd_err smooth_lobes(const struct bd_pass_context *context,
+                                const struct bd_technique_inputs *inputs,
+                                const struct bd_gather_inputs *gather, struct bd_indirect *indirect,
+                                struct bd_err_detail *detail)
+{
+    const struct bd_smoothing smoothing = {BD_FAR_FILTER_LEVELS, inputs->variance_part, true};
+    if (!inputs->filtered) return BD_ERR_OK;
+    return bd_filter_light_run(context, gather, &smoothing, indirect, detail);
+}
+
+static struct bd_gather_inputs gather_of(const struct bd_technique_inputs *inputs,
+                                         const struct bd_visibility_inputs *visibility)
+{
+    struct bd_gather_inputs gather = bd_technique_gather_inputs(inputs);
+    gather.visibility = visibility;
+    gather.glossy = false;
+    return gather;
+}
+
+enum bd_err bd_far_light_beside(const struct bd_pass_context *context,
+                                const struct bd_technique_inputs *inputs,
+                                struct bd_indirect *indirect, struct bd_err_detail *detail)
+{
+    const struct bd_visibility_inputs visibility = bd_technique_visibility(inputs);
+    const struct bd_gather_inputs gather = gather_of(inputs, &visibility);
+    const struct bd_far_inputs far = bd_far_of(inputs, &visibility, inputs->params->far_rays);
+    enum bd_err err = bd_far_light_lobes(context, inputs, &far, &gather, indirect, detail);
+    if (!err) err = smooth_lobes(context, inputs, &gather, indirect, detail);
+    return err ? err : bd_far_light_caustics(context, inputs, &gather, indirect, detail);
+}
+
+enum bd_err bd_far_light_anew(const struct bd_pass_context *context,
+                              const struct bd_technique_inputs *inputs,
+                              struct bd_indirect *indirect, struct bd_err_detail *detail)
 {
     const struct bd_visibility_inputs visibility = bd_technique_visibility(inputs);
     const uint32_t rays = inputs->params->far_rays;
-    struct bd_gather_inputs gather = bd_technique_gather_inputs(inputs);
-    struct bd_far_inputs far = bd_far_of_list(inputs, &visibility, inputs->light_paths->first,
-                                              inputs->alone ? rays : bd_few_rays(rays));
-    gather.visibility = &visibility;
-    gather.glossy = false;
-    far.cells = inputs->cells;
+    const struct bd_gather_inputs gather = gather_of(inputs, &visibility);
+    const struct bd_far_inputs far =
+        bd_far_of(inputs, &visibility, inputs->alone ? rays : bd_few_rays(rays));
+    const struct bd_photon_density_inputs density = density_of(inputs, &visibility);
     enum bd_err err = bd_gloss_run(context, &far, &gather, indirect, detail);
-    const struct bd_smoothing smoothing = {BD_FAR_FILTER_LEVELS, inputs->variance_part, true};
-    if (!err && inputs->filtered)
-        err = bd_filter_light_run(context, &gather, &smoothing, indirect, detail);
-    const struct bd_photon_density_inputs density = caustics_of(inputs, &visibility);
+    if (!err) err = smooth_lobes(context, inputs, &gather, indirect, detail);
     if (err || !density.map) return err;
     return bd_photon_density_run_lobes(context, &density, &gather, indirect, detail);
 }

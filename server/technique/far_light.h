@@ -1,4 +1,5 @@
-// What techniques share whose rays end in a cache of irradiance (pass/far.h, pass/cache.h).
+// What techniques share whose rays end in light that is told of places: a cache of irradiance
+// (pass/far.h, pass/cache.h), cells of points, photons; and lobes and caustics of all of these.
 
 #ifndef BD_TECHNIQUE_FAR_LIGHT_H
 #define BD_TECHNIQUE_FAR_LIGHT_H
@@ -28,7 +29,10 @@ static inline uint32_t bd_few_rays(uint32_t rays)
     return few ? few : 2;
 }
 
-// Rays that bring what the lights of a list leave out, soft or clamped, without a cache.
+// Rays that end in whatever the technique has: what they carry, and what they meet.
+struct bd_far_inputs bd_far_of(const struct bd_technique_inputs *inputs,
+                               const struct bd_visibility_inputs *visibility, uint32_t rays);
+// The same, that bring what the lights of a list leave out, soft or clamped.
 struct bd_far_inputs bd_far_of_list(const struct bd_technique_inputs *inputs,
                                     const struct bd_visibility_inputs *visibility,
                                     const struct bd_vpl_list *list, uint32_t rays);
@@ -47,17 +51,37 @@ enum bd_err bd_far_light_cache(const struct bd_pass_context *context,
 BD_MUST_CHECK
 bd_light_fragments_fn bd_far_light_pixels;
 
-// What lamps send to pixels through glass, in a pass "caustics".
+// What lamps send through glass, to pixels in a pass "caustics", or to fragments that have light.
 BD_MUST_CHECK
 enum bd_err bd_far_light_caustics(const struct bd_pass_context *context,
                                   const struct bd_technique_inputs *inputs,
                                   const struct bd_gather_inputs *gather,
                                   struct bd_indirect *indirect, struct bd_err_detail *detail);
+BD_MUST_CHECK
+enum bd_err bd_far_light_add_caustics(const struct bd_pass_context *context,
+                                      const struct bd_technique_inputs *inputs,
+                                      const struct bd_gather_fragments_inputs *gather,
+                                      struct bd_multires_light *light,
+                                      struct bd_err_detail *detail);
 
-// Of a later sub-frame all lobes anew, into the first one's cache, in passes "gloss" and "filter".
+// Of glossy and of rough receivers, in passes "gloss" and "rough". `far`: of the former.
 BD_MUST_CHECK
 enum bd_err bd_far_light_lobes(const struct bd_pass_context *context,
                                const struct bd_technique_inputs *inputs,
-                               struct bd_indirect *indirect, struct bd_err_detail *detail);
+                               const struct bd_far_inputs *far,
+                               const struct bd_gather_inputs *gather, struct bd_indirect *indirect,
+                               struct bd_err_detail *detail);
+
+// What blocks do not tell: lobes, which alone are smoothed, and caustics, at every pixel.
+BD_MUST_CHECK
+enum bd_err bd_far_light_beside(const struct bd_pass_context *context,
+                                const struct bd_technique_inputs *inputs,
+                                struct bd_indirect *indirect, struct bd_err_detail *detail);
+
+// Of a later sub-frame all lobes anew, into the first one's cache, in passes "gloss" and "filter".
+BD_MUST_CHECK
+enum bd_err bd_far_light_anew(const struct bd_pass_context *context,
+                              const struct bd_technique_inputs *inputs,
+                              struct bd_indirect *indirect, struct bd_err_detail *detail);
 
 #endif

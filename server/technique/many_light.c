@@ -19,7 +19,6 @@
 
 #include "pass/filter_light.h"
 #include "pass/gather_chosen.h"
-#include "pass/gloss.h"
 #include "pass/light_paths.h"
 #include "technique/far_light.h"
 #include "technique/technique.h"
@@ -36,11 +35,7 @@ static enum bd_err complete(const struct bd_pass_context *context,
         bd_far_light_cache(context, inputs, gather, &indirect->cells, &indirect->rays, detail);
     far.cells = indirect->cells;
     if (!err) err = bd_far_run(context, &far, gather, indirect, detail);
-    if (!err && inputs->glossy_receivers)
-        err = bd_gloss_run(context, &far, gather, indirect, detail);
-    far.rays = bd_few_rays(inputs->params->far_rays);
-    if (!err && inputs->rough_receivers)
-        err = bd_gloss_of_rough_run(context, &far, gather, indirect, detail);
+    if (!err) err = bd_far_light_lobes(context, inputs, &far, gather, indirect, detail);
     const struct bd_smoothing smoothing = {BD_FAR_FILTER_LEVELS, inputs->variance_part, false};
     if (!err && inputs->filtered)
         err = bd_filter_light_run(context, gather, &smoothing, indirect, detail);
@@ -132,5 +127,5 @@ const struct bd_technique bd_technique_many_light = {
     .is_sampled = true,
     .indirect = light,
     .light_pixels = bd_far_light_pixels,
-    .light_glossy = bd_far_light_lobes,
+    .light_glossy = bd_far_light_anew,
 };

@@ -9,24 +9,10 @@
 // Known:  what hides light is a map of a thousand texels: edges of shadows are as soft, and thin
 //         walls let through what lies in the holes between points; light of single pixels is noisy
 
-#include "pass/filter_light.h"
-#include "pass/gloss.h"
-#include "pass/photon_density.h"
 #include "pass/point_gather.h"
 #include "technique/far_light.h"
 #include "technique/fragment_light.h"
 #include "technique/technique.h"
-
-static struct bd_photon_density_inputs caustics_of(const struct bd_technique_inputs *inputs,
-                                                   const struct bd_visibility_inputs *visibility)
-{
-    return (struct bd_photon_density_inputs){.map = inputs->points->caustics,
-                                             .snapshot = inputs->snapshot,
-                                             .visibility = visibility,
-                                             .pool = inputs->pool,
-                                             .lambert = inputs->params->lambert,
-                                             .pass = "caustics"};
-}
 
 static enum bd_err light_fragments(const struct bd_pass_context *context,
                                    const struct bd_technique_inputs *inputs,
@@ -55,64 +41,8 @@ static enum bd_err light_pixels(const struct bd_pass_context *context,
                                 struct bd_err_detail *detail)
 {
     const struct bd_gather_fragments_inputs fragments = bd_fragment_inputs(inputs, unlit);
-    const struct bd_visibility_inputs visibility = bd_technique_visibility(inputs);
-    const struct bd_photon_density_inputs caustics = caustics_of(inputs, &visibility);
-    enum bd_err err = light_fragments(context, inputs, unlit, out, detail);
-    if (err || !caustics.map) return err;
-    return bd_photon_density_add(context, &caustics, &fragments, *out, detail);
-}
-
-static enum bd_err add_lobes(const struct bd_pass_context *context,
-                             const struct bd_technique_inputs *inputs, uint32_t rays,
-                             struct bd_indirect *indirect, struct bd_err_detail *detail)
-{
-    const struct bd_visibility_inputs visibility = bd_technique_visibility(inputs);
-    const struct bd_far_inputs far = {
-        .snapshot = inputs->snapshot,
-        .visibility = &visibility,
-        .first = inputs->first_light,
-        .cells = inputs->points->cells,
-        .rays = rays,
-        .seed = inputs->seed_of_sub_frame,
-        .sends = inputs->params->lambert ? BD_SENDS_LAMBERT : BD_SENDS_ALL,
-        .glass = inputs->glass ? BD_GLASS_PASSES : BD_GLASS_HIDES,
-        .caustics = inputs->points->caustics,
-    };
-    struct bd_gather_inputs gather = bd_technique_gather_inputs(inputs);
-    gather.visibility = &visibility;
-    gather.glossy = false;
-    enum bd_err err = bd_gloss_run(context, &far, &gather, indirect, detail);
-    if (err || !inputs->filtered) return err;
-    const struct bd_smoothing smoothing = {BD_FAR_FILTER_LEVELS, inputs->variance_part, true};
-    return bd_filter_light_run(context, &gather, &smoothing, indirect, detail);
-}
-
-static enum bd_err light_lobes(const struct bd_pass_context *context,
-                               const struct bd_technique_inputs *inputs,
-                               struct bd_indirect *indirect, struct bd_err_detail *detail)
-{
-    const uint32_t rays = inputs->params->far_rays;
-    const struct bd_gather_inputs gather = bd_technique_gather_inputs(inputs);
-    const struct bd_visibility_inputs visibility = bd_technique_visibility(inputs);
-    const struct bd_photon_density_inputs caustics = caustics_of(inputs, &visibility);
-    enum bd_err err =
-        add_lobes(context, inputs, inputs->alone ? rays : bd_few_rays(rays), indirect, detail);
-    if (err || !caustics.map) return err;
-    return bd_photon_density_run_lobes(context, &caustics, &gather, indirect, detail);
-}
-
-static enum bd_err complete(const struct bd_pass_context *context,
-                            const struct bd_technique_inputs *inputs, struct bd_indirect *indirect,
-                            struct bd_err_detail *detail)
-{
-    const struct bd_gather_inputs gather = bd_technique_gather_inputs(inputs);
-    const struct bd_visibility_inputs visibility = bd_technique_visibility(inputs);
-    const struct bd_photon_density_inputs caustics = caustics_of(inputs, &visibility);
-    enum bd_err err = BD_ERR_OK;
-    if (inputs->glossy_receivers)
-        err = add_lobes(context, inputs, inputs->params->far_rays, indirect, detail);
-    if (err || !caustics.map) return err;
-    return bd_photon_density_run(context, &caustics, &gather, indirect, detail);
+    const enum bd_err err = light_fragments(context, inputs, unlit, out, detail);
+    return err ? err : bd_far_light_add_caustics(context, inputs, &fragments, *out, detail);
 }
 
 static enum bd_err light(const struct bd_pass_context *context,
@@ -121,7 +51,7 @@ static enum bd_err light(const struct bd_pass_context *context,
 {
     enum bd_err err = bd_fragment_light(context, inputs, "project", light_fragments, out, detail);
     if (err) return err;
-    err = complete(context, inputs, *out, detail);
+    err = bd_far_light_beside(context, inputs, *out, detail);
     if (err) bd_indirect_destroy(context->gpu, out);
     return err;
 }
@@ -129,9 +59,10 @@ static enum bd_err light(const struct bd_pass_context *context,
 static const struct bd_technique_pass passes[] = {
     {"project", 0},
     {"upsample", 0},
-    {"caustics", BD_WHEN_CAUSTICS},
     {"gloss", BD_WHEN_GLOSSY},
+    {"rough", BD_WHEN_ROUGH | BD_WHEN_FIRST},
     {"filter", BD_WHEN_FILTERED},
+    {"caustics", BD_WHEN_CAUSTICS},
     {NULL, 0},
 };
 static const struct bd_param_default defaults[] = {
@@ -183,5 +114,5 @@ const struct bd_technique bd_technique_point_projection = {
     .is_sampled = true,
     .indirect = light,
     .light_pixels = light_pixels,
-    .light_glossy = light_lobes,
+    .light_glossy = bd_far_light_anew,
 };

@@ -20,7 +20,6 @@
 #include "pass/direct.h"
 #include "pass/filter_light.h"
 #include "pass/gather_chosen.h"
-#include "pass/gloss.h"
 #include "pass/light_paths.h"
 #include "pass/residual.h"
 #include "technique/far_light.h"
@@ -60,11 +59,7 @@ static enum bd_err bring_back(const struct bd_pass_context *context,
     far.cells = indirect->cells;
     far.screen = screen;
     if (!err) err = bd_far_run(context, &far, gather, indirect, detail);
-    if (!err && inputs->glossy_receivers)
-        err = bd_gloss_run(context, &far, gather, indirect, detail);
-    far.rays = bd_few_rays(inputs->params->far_rays);
-    if (!err && inputs->rough_receivers)
-        err = bd_gloss_of_rough_run(context, &far, gather, indirect, detail);
+    if (!err) err = bd_far_light_lobes(context, inputs, &far, gather, indirect, detail);
     return err;
 }
 
@@ -188,5 +183,5 @@ const struct bd_technique bd_technique_ssbc = {
     .is_sampled = true,
     .indirect = light,
     .light_pixels = bd_far_light_pixels,
-    .light_glossy = bd_far_light_lobes,
+    .light_glossy = bd_far_light_anew,
 };
