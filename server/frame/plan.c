@@ -265,9 +265,16 @@ static const char *no_glossy_lobe(const struct bd_plan *plan)
                : "glossy lobe: the technique has none for indirect light";
 }
 
+// Papers on photons and on points have none of it.
+static bool leaves_rough(const struct bd_plan *plan)
+{
+    return plan->params.paper_mode && !plan->final_gather;
+}
+
 static const char *no_rough_lobe(const struct bd_plan *plan, const struct bd_scene *scene)
 {
     if (plan->params.lambert) return "brdf=lambert";
+    if (leaves_rough(plan)) return "paper_mode=on";
     return scene->features.has_rough ? "far_rays below 8: rough lobes in the mean"
                                      : "every surface is smooth or metal";
 }
@@ -296,7 +303,7 @@ static void list_omitted(const struct bd_plan *plan, const struct bd_scene *scen
     if (bd_plan_has(plan, BD_STAGE_FRAGMENTS)) list_omitted_of_blocks(plan, report);
     if (plan->indirect && !plan->glossy)
         omit(report, true, glossy_pass(plan->technique), no_glossy_lobe(plan));
-    if (plan->final_gather && !plan->rough)
+    if (plan->follows && !plan->rough)
         omit(report, true, pass_when(plan->technique, BD_WHEN_ROUGH), no_rough_lobe(plan, scene));
     if (plan->follows && !plan->caustics)
         omit(report, true, pass_when(plan->technique, BD_WHEN_CAUSTICS), no_caustics(plan, scene));
@@ -558,7 +565,7 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
         follows(out) && model_of(out).transmission && (f->has_transmissive || f->has_mirror);
     out->glossy = out->indirect && out->technique->model.glossy_receivers && !out->params.lambert &&
                   (f->has_glossy || (out->glass && follows(out)));
-    out->rough = out->final_gather && !out->params.lambert && f->has_rough &&
+    out->rough = out->follows && !out->params.lambert && f->has_rough && !leaves_rough(out) &&
                  (out->short_rays || !(out->technique->inputs & BD_INPUT_SCREEN)) &&
                  out->params.far_rays >= BD_FAR_RAYS_FOR_ROUGH;
     out->caustics = out->follows && out->goes_on && out->params.caustics &&
@@ -570,8 +577,8 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
     const bool asked = (out->rays || out->imperfect) && !out->photons && !out->points;
     out->chosen = out->final_gather || (asked && out->params.rays < count_vpls(out, scene) &&
                                         out->params.rays <= BD_RAYS_CHOSEN_MAX);
-    const bool is_noisy =
-        (out->chosen && out->params.rays > 1) || ((out->photons || out->points) && out->glossy);
+    const bool is_noisy = (out->chosen && out->params.rays > 1) ||
+                          ((out->photons || out->points) && (out->glossy || out->rough));
     out->filtered = is_noisy && out->params.noise_filter;
     const bool may_share =
         out->indirect && bd_technique_shares(out->technique, &out->params, out->glossy);
