@@ -302,17 +302,26 @@ static void work_on(void *user, uint32_t i)
     turn->work(turn->user, turn->first + i);
 }
 
+// A slice of as many as its threads share evenly: three groups on two of them would leave one idle
+// for a quarter of the time. The last takes what is left.
+static uint32_t groups_of_slice(const struct bd_slicer *slicer, double units, uint32_t threads,
+                                uint32_t left)
+{
+    const double fit = bd_slicer_units(slicer) / units;
+    if (fit >= left || threads >= left) return left;
+    const uint32_t most = fit > threads ? (uint32_t)fit : threads;
+    return most - most % threads;
+}
+
 enum bd_err bd_receivers_each(const struct bd_pass_context *context, uint32_t group_count,
                               double units, void (*work)(void *user, uint32_t group), void *user)
 {
     struct turn turn = {work, user, 0};
-    const uint32_t least = bd_pool_thread_count(context->processor->pool);
+    const uint32_t threads = bd_pool_thread_count(context->processor->pool);
     enum bd_err err = BD_ERR_OK;
     while (!err && turn.first < group_count) {
-        const uint32_t left = group_count - turn.first;
-        const double fit = bd_slicer_units(context->slicer) / units;
-        const uint32_t most = fit > least ? (fit < left ? (uint32_t)fit : left) : least;
-        const uint32_t count = most < left ? most : left;
+        const uint32_t count =
+            groups_of_slice(context->slicer, units, threads, group_count - turn.first);
         err = bd_pool_run(context->processor->pool, count, work_on, NULL, &turn);
         turn.first += count;
         if (!err) err = bd_slicer_checkpoint(context->slicer, units * count);
