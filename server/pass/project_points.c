@@ -24,43 +24,48 @@ struct bd_native_place bd_projected_place(f3 position, f3 normal, uint32_t chanc
 
 // --- points in rows of lanes --------------------------------------------------------------------
 
-// Points of a cluster in even steps, in 1 / 2^STEP_BITS of a point.
+// Points of a cluster in even steps.
 struct steps {
-    uint32_t first, count;
-    uint64_t from, step;
-    float area; // that each stands for
+    uint32_t first, last, count;
+    float from, step; // in points behind the first
+    float area;       // that each stands for
 };
-#define STEP_BITS 20u
 
-// The first is drawn.
+// The first is drawn. Where all are taken nothing is left to be drawn, or to be rounded.
 static struct steps steps_of(const struct bd_projector *p, const struct bd_point_cut *cut,
                              uint32_t cluster, uint32_t chance, uint32_t count)
 {
     const struct bd_point_cluster *of = &cut->clusters[cluster];
     const uint32_t most = count < of->count ? count : of->count;
-    const uint64_t step = ((uint64_t)of->count << STEP_BITS) / most;
-    const uint64_t drawn = bd_stirred(chance ^ of->first * 0x9e3779b9u);
-    return (struct steps){of->first, most, drawn * step >> 32, step,
-                          p->points->area * (float)of->count / (float)most};
+    const float step = (float)of->count / (float)most;
+    const float drawn = (float)(bd_stirred(chance ^ of->first * 0x9e3779b9u) >> 8) * 0x1p-24f;
+    return (struct steps){of->first, of->first + of->count - 1,
+                          most,      most == of->count ? 0 : drawn * step,
+                          step,      p->points->area * step};
 }
 
-static uint32_t point_at(const struct steps *steps, uint32_t i)
-{
-    return steps->first + (uint32_t)((steps->from + i * steps->step) >> STEP_BITS);
-}
+typedef void light_row_fn(const struct bd_projector *p, const struct bd_native_place *place,
+                          struct bd_projected *seen);
 
-static void add_point(const struct bd_projector *p, uint32_t point, float area,
-                      struct bd_projected *seen)
+// `cluster`: or NO_CLUSTER, and lanes are named by their points.
+#define NO_CLUSTER UINT32_MAX
+static inline void add_points(const struct bd_projector *p, const struct bd_native_place *place,
+                              const struct steps *steps, uint32_t cluster,
+                              light_row_fn *row_is_full, struct bd_projected *seen)
 {
-    const uint32_t lane = seen->row.count++;
-    seen->row.points[lane] = p->points->points[point];
-    seen->row.area[lane] = area;
-    seen->row_points[lane] = point;
+    for (uint32_t i = 0; i < steps->count; i++) {
+        const uint32_t to = steps->first + (uint32_t)(steps->from + (float)i * steps->step);
+        const uint32_t point = to < steps->last ? to : steps->last;
+        const uint32_t lane = seen->row.count++;
+        seen->row.points[lane] = p->points->points[point];
+        seen->row.area[lane] = steps->area;
+        seen->row_names[lane] = cluster == NO_CLUSTER ? point : cluster;
+        if (lane == BD_LANES - 1) row_is_full(p, place, seen);
+    }
 }
 
 // --- what clusters may give ---------------------------------------------------------------------
 
-// A row's points are named by their clusters.
 static void weigh_row(const struct bd_projector *p, const struct bd_native_place *place,
                       struct bd_projected *seen)
 {
@@ -68,7 +73,7 @@ static void weigh_row(const struct bd_projector *p, const struct bd_native_place
     if (seen->row.count == 0) return;
     p->loops->weigh_points(place, &seen->row, importance);
     for (uint32_t i = 0; i < seen->row.count; i++)
-        seen->importance[seen->row_points[i]] += importance[i];
+        seen->importance[seen->row_names[i]] += importance[i];
     seen->row.count = 0;
 }
 
@@ -79,11 +84,7 @@ static void weigh_clusters(const struct bd_projector *p, const struct bd_point_c
     memset(seen->importance, 0, cut->count * sizeof *seen->importance);
     for (uint32_t k = 0; k < cut->count; k++) {
         const struct steps steps = steps_of(p, cut, k, chance, p->explore);
-        for (uint32_t i = 0; i < steps.count; i++) {
-            add_point(p, point_at(&steps, i), steps.area, seen);
-            seen->row_points[seen->row.count - 1] = k;
-            if (seen->row.count == BD_LANES) weigh_row(p, place, seen);
-        }
+        add_points(p, place, &steps, k, weigh_row, seen);
     }
     weigh_row(p, place, seen);
 }
@@ -125,7 +126,7 @@ static void project_row(const struct bd_projector *p, const struct bd_native_pla
     if (seen->first_slot + BD_LANES > BD_PROJECTED_MOST) keep_seen(p, seen);
     p->loops->project(place, &seen->row, seen->first_slot, p->side, seen->map, turns_away);
     for (uint32_t i = 0; i < seen->row.count; i++)
-        seen->of_slot[stirred_slot(seen->first_slot + i)] = 2 * seen->row_points[i] + turns_away[i];
+        seen->of_slot[stirred_slot(seen->first_slot + i)] = 2 * seen->row_names[i] + turns_away[i];
     seen->first_slot += seen->row.count;
     seen->row.count = 0;
 }
@@ -178,10 +179,7 @@ void bd_project_points(const struct bd_projector *p, const struct bd_point_cut *
     count_points(p, cut, place, chance, seen);
     for (uint32_t k = 0; k < cut->count; k++) {
         const struct steps steps = steps_of(p, cut, k, chance, p->explore + seen->drawn[k]);
-        for (uint32_t i = 0; i < steps.count; i++) {
-            add_point(p, point_at(&steps, i), steps.area, seen);
-            if (seen->row.count == BD_LANES) project_row(p, place, seen);
-        }
+        add_points(p, place, &steps, NO_CLUSTER, project_row, seen);
     }
     project_row(p, place, seen);
     keep_seen(p, seen);

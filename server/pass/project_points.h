@@ -47,7 +47,7 @@ struct bd_projected {
     uint32_t drawn[BD_CLUSTERS_MAX], shares[BD_CLUSTERS_MAX];
     float importance[BD_CLUSTERS_MAX];
     struct bd_native_points row;
-    uint32_t row_points[BD_LANES];
+    uint32_t row_names[BD_LANES]; // points, or clusters
     uint32_t first_slot;
 };
 

@@ -86,14 +86,27 @@ static void cover(const struct ways *restrict ways, const float *restrict area, 
     }
 }
 
+static void keep_at(uint32_t *texel, uint32_t key)
+{
+    *texel = key < *texel ? key : *texel;
+}
+
+// Nearly all are one or two texels wide: those without a choice, some of them twice.
 static void keep_square(const struct squares *squares, size_t i, uint32_t side, uint32_t *map)
 {
     const uint32_t key = squares->key[i];
-    for (int32_t v = squares->first_v[i]; v < squares->end_v[i]; v++) {
-        uint32_t *row = map + (size_t)v * side;
-        for (int32_t u = squares->first_u[i]; u < squares->end_u[i]; u++)
-            row[u] = key < row[u] ? key : row[u];
-    }
+    const int32_t u = squares->first_u[i], v = squares->first_v[i];
+    const int32_t end_u = squares->end_u[i], end_v = squares->end_v[i];
+    uint32_t *row = map + (size_t)v * side;
+    uint32_t *next = row + (end_v > v + 1 ? side : 0);
+    const int32_t beside = end_u > u + 1 ? u + 1 : u;
+    keep_at(&row[u], key);
+    keep_at(&row[beside], key);
+    keep_at(&next[u], key);
+    keep_at(&next[beside], key);
+    if (end_u <= u + 2 && end_v <= v + 2) return;
+    for (int32_t y = v; y < end_v; y++)
+        for (int32_t x = u; x < end_u; x++) keep_at(&map[(size_t)y * side + (size_t)x], key);
 }
 
 void WIDE(bd_native_project)(const struct bd_native_place *place,
