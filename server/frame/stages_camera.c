@@ -191,10 +191,10 @@ static enum bd_err with_inputs(struct bd_frame *frame,
     struct bd_light_uniform *punctuals =
         frame->plan->follows || frame->plan->shows_glass ? bd_stage_punctuals(frame) : NULL;
     const struct bd_first_light first_light = {
-        frame->emitters,
-        punctuals,
-        punctuals ? frame->subject.light_count : 0,
-        &frame->scene->space,
+        .lights = frame->emitters,
+        .punctuals = punctuals,
+        .punctual_count = punctuals ? frame->subject.light_count : 0,
+        .space = &frame->scene->space,
     };
     const struct bd_technique_inputs inputs = {
         .scene = frame->scene,

@@ -252,7 +252,8 @@ void bd_point_clusters_cut(const struct bd_point_clusters *clusters, uint32_t mo
 struct search {
     const struct bd_point_clusters *clusters;
     f3 position, normal;
-    float r2; // of the nearest so far
+    float alike_least; // of the cosine between normals
+    float r2;          // of the nearest so far
     uint32_t found;
 };
 
@@ -264,7 +265,7 @@ static void look_at_points(struct search *s, const struct part *part)
         const struct bd_projected_point *point = &s->clusters->points[i];
         const f3 way = f3_sub(f3_of(point->x, point->y, point->z), s->position);
         const float r2 = f3_dot(way, way), alike = f3_dot(normal_of_bits(point->normal), s->normal);
-        if (r2 >= s->r2 || f_abs(alike) < FACES_ALIKE) continue;
+        if (r2 >= s->r2 || f_abs(alike) < s->alike_least) continue;
         s->r2 = r2;
         s->found = 2 * i + (alike < 0);
     }
@@ -293,7 +294,12 @@ uint32_t bd_point_clusters_near(const struct bd_point_clusters *clusters, f3 pos
                                 float reach)
 {
     const struct part all = {0, 0, clusters->count};
-    struct search search = {clusters, position, normal, reach * reach, BD_NO_POINT_NEAR};
+    struct search search = {.clusters = clusters,
+                            .position = position,
+                            .normal = normal,
+                            .alike_least = FACES_ALIKE * f3_dot(normal, normal),
+                            .r2 = reach * reach,
+                            .found = BD_NO_POINT_NEAR};
     if (clusters->count > 0) look_in(&search, &all);
     return search.found;
 }

@@ -9,6 +9,7 @@
 #include "lights/reflection.h"
 #include "lights/sequence.h"
 #include "pass/area_samples.h"
+#include "pass/f3_arrays.h"
 #include "pass/punctual_photons.h"
 #include "pass/receivers.h"
 #include "pass/straight.h"
@@ -49,10 +50,19 @@ static uint32_t punctuals_asked(const struct bd_first_light *light)
 
 // --- punctual lights -----------------------------------------------------------------------------
 
-static f3 light_of_punctual(const struct bd_light_uniform *punctual,
+static bool is_brought_by_others(const struct bd_first_light *light, uint32_t i,
+                                 const struct bd_surface_point *place)
+{
+    if (!light->near2) return false;
+    const f3 way = f3_sub(f3_from(&light->punctuals[i].position), place->position);
+    return f3_dot(way, way) < light->near2[i];
+}
+
+static f3 light_of_punctual(const struct bd_first_light *light, uint32_t i,
                             const struct bd_surface_point *place)
 {
-    return bd_punctual_irradiance(punctual, place->position, place->normal);
+    if (is_brought_by_others(light, i, place)) return f3_of(0, 0, 0);
+    return bd_punctual_irradiance(&light->punctuals[i], place->position, place->normal);
 }
 
 static void ask_punctual(const struct lighting *l, const struct bd_surface_point *place,
@@ -78,13 +88,13 @@ static void draw_punctuals(const struct lighting *l, const struct bd_surface_poi
     const struct bd_first_light *light = l->light;
     float sum = 0, passed = 0, start[2];
     for (uint32_t i = 0; i < light->punctual_count; i++)
-        sum += strongest_channel(light_of_punctual(&light->punctuals[i], place));
+        sum += strongest_channel(light_of_punctual(light, i, place));
     if (!(sum > 0)) return;
     bd_sequence_pair(&l->sequence, place->number, start);
     const float step = sum / BD_FIRST_PUNCTUALS;
     uint32_t next = 0;
     for (uint32_t i = 0; i < light->punctual_count && next < BD_FIRST_PUNCTUALS; i++) {
-        const f3 brings = light_of_punctual(&light->punctuals[i], place);
+        const f3 brings = light_of_punctual(light, i, place);
         passed += strongest_channel(brings);
         for (; next < BD_FIRST_PUNCTUALS && ((float)next + start[0]) * step < passed; next++)
             ask_punctual(l, place, &light->punctuals[i],
@@ -101,8 +111,7 @@ static void ask_punctuals(const struct lighting *l, const struct bd_surface_poin
         return;
     }
     for (uint32_t i = 0; i < light->punctual_count; i++)
-        ask_punctual(l, place, &light->punctuals[i], light_of_punctual(&light->punctuals[i], place),
-                     ray + i);
+        ask_punctual(l, place, &light->punctuals[i], light_of_punctual(light, i, place), ray + i);
 }
 
 // --- emitters and the sky -----------------------------------------------------------------------

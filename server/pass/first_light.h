@@ -25,6 +25,9 @@ struct bd_first_light {
     const struct bd_light_uniform *punctuals;
     uint32_t punctual_count;
     const struct bd_render_space *space;
+    // Of each punctual light the square of the distance within which others bring its light
+    // (pass/near_lamps.h); NULL: nobody does.
+    const float *near2;
 };
 
 // Places that someone looks at, by the rays that met them.

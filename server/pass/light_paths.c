@@ -112,7 +112,7 @@ static enum bd_err light_points(struct paths *p)
 static enum bd_err light_behind(struct paths *p)
 {
     const struct bd_light_paths_inputs *in = p->inputs;
-    const struct bd_first_light lights = {in->lights, NULL, 0, &in->scene->space};
+    const struct bd_first_light lights = {.lights = in->lights, .space = &in->scene->space};
     const struct bd_far_inputs far = {.snapshot = in->snapshot,
                                       .visibility = &in->visibility,
                                       .first = &lights,

@@ -4,6 +4,7 @@
 
 #include "base/assert.h"
 #include "pass/caustic_photons.h"
+#include "pass/near_lamps.h"
 #include "pass/nearest.h"
 #include "pass/point_cells.h"
 #include "pass/receivers.h"
@@ -182,11 +183,45 @@ static enum bd_err add_caustics(struct lighting *l)
                              UNITS_PER_LOOK * BD_LANES, look_at_caustics, l);
 }
 
+static enum bd_err find_near_lamps(struct lighting *l, struct bd_near_lamps *near)
+{
+    const struct bd_lit_points_inputs *in = l->inputs;
+    const struct bd_near_lamps_inputs lamps = {
+        .snapshot = in->snapshot,
+        .visibility = &in->visibility,
+        .points = &l->out->clusters,
+        .punctuals = in->first.punctuals,
+        .count = in->first.punctual_count,
+        .glass = in->glass,
+        .seed = in->seed,
+    };
+    return bd_near_lamps_run(&l->context, &lamps, near, &l->out->traced, l->detail);
+}
+
+static void add_near_lamps(struct lighting *l, const struct bd_near_lamps *near)
+{
+    for (uint32_t i = 0; near->irradiance && i < l->sides.count; i++)
+        l->first[i] = f3_add(l->first[i], near->irradiance[l->radiance_of[i]]);
+}
+
+static enum bd_err light_straight(struct lighting *l)
+{
+    struct bd_first_light first = l->inputs->first;
+    struct bd_near_lamps near;
+    enum bd_err err = find_near_lamps(l, &near);
+    if (err) return err;
+    first.near2 = near.reach2;
+    err =
+        bd_first_light_run(&l->context, &first, &l->inputs->visibility, l->inputs->seed, l->places,
+                           l->sides.count, NULL, l->first, NULL, &l->out->traced, l->detail);
+    if (!err) add_near_lamps(l, &near);
+    bd_near_lamps_finish(&near);
+    return err;
+}
+
 static enum bd_err light_first(struct lighting *l)
 {
-    enum bd_err err = bd_first_light_run(&l->context, &l->inputs->first, &l->inputs->visibility,
-                                         l->inputs->seed, l->places, l->sides.count, NULL, l->first,
-                                         NULL, &l->out->traced, l->detail);
+    enum bd_err err = light_straight(l);
     if (!err && l->inputs->photons > 0) err = add_caustics(l);
     return err ? err : bd_points_send_first(&l->context, &l->sides, l->out->radiance);
 }

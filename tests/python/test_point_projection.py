@@ -3,6 +3,7 @@ import bounced
 import numpy
 import pytest
 from conftest import SCENES
+from glass_scenes import LIGHTS, add, walls
 
 SIDE = (32, 32)
 
@@ -65,6 +66,19 @@ def test_as_the_paper_has_it(scene):
     paper, own = light(render(scene, paper_mode=1)), light(render(scene))
     assert 0.5 < paper.mean() / own.mean() < 1.5
     assert paper.tobytes() != own.tobytes()
+
+
+@pytest.mark.parametrize("height", [.001, .01])
+def test_a_lamp_nearer_to_a_wall_than_points_are_to_each_other(client, tmp_path, height):
+    """All of its light falls somewhere: not on one point, or on none, as they happen to lie."""
+    scene = add(client, tmp_path, walls(), light=LIGHTS[0], at=(.2, -1 + height, .1))
+
+    def mean(technique, **parameters):
+        frame = scene.render(size=(32, 32), technique=technique, layers=["indirect"], parameters=parameters,
+                             pose=bounced.Pose((0, 0, .95), (0, 0, -1), yfov=1.4))
+        return float(light(frame).mean())
+
+    assert mean("point_projection", points=16384) == pytest.approx(mean("reference", spp=512), rel=.08)
 
 
 @pytest.mark.parametrize("parameter, value", [("points", 1), ("clusters", 2000), ("explore", 0), ("microbuffer", 33),

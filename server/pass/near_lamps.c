@@ -1,0 +1,190 @@
+#include "pass/near_lamps.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "kernel/light.h"
+#include "lights/directions.h"
+#include "lights/sequence.h"
+#include "lights/surface_hits.h"
+#include "pass/choose.h"
+#include "pass/f3_arrays.h"
+#include "pass/nearest.h"
+#include "pass/punctual_photons.h"
+
+// In distances between points: a lamp that close to one is near; so far reaches what lands; and so
+// far about where it does it is spread, or one point had all of the light and few would look at it.
+#define NEAR       2.0f
+#define NEAR_REACH 4.0f
+#define SPREAD     3.0f
+// Of a lamp, powers of two; of all that are on their way at once.
+#define RAYS_MOST    1024u
+#define RAYS_LEAST   16u
+#define RAYS_AT_ONCE 65536u
+// Numbers that nobody else of a frame draws by its seed.
+#define OF_NEAR_LAMPS 0x6e656172u
+
+struct landing {
+    const struct bd_pass_context *context;
+    const struct bd_near_lamps_inputs *inputs;
+    struct bd_near_lamps *out;
+    struct bd_surface_hits surfaces;
+    struct bd_sequence sequence, spread;
+    uint32_t *lamps; // those that are near
+    uint32_t lamp_count, rays_each;
+    struct bd_ray *rays;
+    struct bd_ray_hit *hits;
+    float distance; // between points
+};
+
+static enum bd_err no_memory(const struct landing *l, struct bd_err_detail *detail)
+{
+    return bd_err_set(detail, BD_ERR_NO_MEMORY, "points", "no memory for %u lamps near surfaces",
+                      l->inputs->count);
+}
+
+static bool is_near(const struct landing *l, const struct bd_light_uniform *lamp)
+{
+    if (lamp->kind == BD_LIGHT_KIND_DIRECTIONAL) return false;
+    return bd_point_clusters_near(l->inputs->points, f3_from(&lamp->position), f3_of(0, 0, 0),
+                                  NEAR * l->distance) != BD_NO_POINT_NEAR;
+}
+
+static enum bd_err list_lamps(struct landing *l, struct bd_err_detail *detail)
+{
+    const struct bd_near_lamps_inputs *in = l->inputs;
+    l->lamps = malloc((in->count + 1) * sizeof *l->lamps);
+    if (!l->lamps) return no_memory(l, detail);
+    for (uint32_t i = 0; i < in->count; i++)
+        if (is_near(l, &in->punctuals[i])) l->lamps[l->lamp_count++] = i;
+    for (l->rays_each = RAYS_MOST; l->rays_each > RAYS_LEAST; l->rays_each /= 2)
+        if (l->rays_each * l->lamp_count <= RAYS_AT_ONCE) break;
+    return BD_ERR_OK;
+}
+
+static enum bd_err make_room(struct landing *l, struct bd_err_detail *detail)
+{
+    const uint32_t points = l->inputs->points->count;
+    l->rays = malloc(RAYS_AT_ONCE * sizeof *l->rays);
+    l->hits = malloc(RAYS_AT_ONCE * sizeof *l->hits);
+    l->out->reach2 = calloc(l->inputs->count + 1, sizeof *l->out->reach2);
+    l->out->irradiance = calloc(2 * (size_t)points + 1, sizeof *l->out->irradiance);
+    const bool has_room = l->rays && l->hits && l->out->reach2 && l->out->irradiance;
+    return has_room ? BD_ERR_OK : no_memory(l, detail);
+}
+
+static const struct bd_light_uniform *lamp_at(const struct landing *l, uint32_t k)
+{
+    return &l->inputs->punctuals[l->lamps[k]];
+}
+
+static void send(const struct landing *l, uint32_t first, uint32_t count)
+{
+    for (uint32_t i = 0; i < count * l->rays_each; i++) {
+        const uint32_t k = first + i / l->rays_each;
+        float number[2];
+        bd_sequence_pair(&l->sequence, k * l->rays_each + i % l->rays_each, number);
+        l->rays[i] = bd_punctual_ray(lamp_at(l, k), number);
+    }
+}
+
+static bool lands(const struct landing *l, const struct bd_ray_hit *hit)
+{
+    return hit->triangle != BD_NO_TRIANGLE && hit->distance < NEAR_REACH * l->distance;
+}
+
+static bool meets_glass(const struct landing *l, uint32_t first_ray)
+{
+    const struct bd_scene *scene = l->inputs->snapshot;
+    for (uint32_t i = first_ray; l->inputs->glass && i < first_ray + l->rays_each; i++) {
+        if (!lands(l, &l->hits[i])) continue;
+        const struct bd_surface_hit hit = bd_surface_hit_of(&l->surfaces, l->hits[i].triangle);
+        if (scene->materials[hit.primitive->material].transmission > 0) return true;
+    }
+    return false;
+}
+
+// In the surface's plane, beside where a ray lands.
+static f3 place_beside(const struct landing *l, const struct bd_surface_point *at, uint32_t ray)
+{
+    const struct bd_basis basis = bd_basis_of(at->normal);
+    float number[2];
+    bd_sequence_pair(&l->spread, ray, number);
+    const float far = SPREAD * l->distance * f_sqrt(number[0]), turn = 2 * F_PI * number[1];
+    const f3 beside = f3_of(far * cosf(turn), far * sinf(turn), 0);
+    return f3_add(at->position, bd_from_basis(&basis, at->normal, beside));
+}
+
+static void land(struct landing *l, uint32_t ray, f3 flux)
+{
+    const struct bd_ray_hit *hit = &l->hits[ray];
+    const struct bd_ray *from = &l->rays[ray];
+    const f3 way = f3_of(from->direction[0], from->direction[1], from->direction[2]);
+    struct bd_surface_point at;
+    if (!lands(l, hit) || !bd_surface_hit_at(&l->surfaces, hit->triangle, hit->u, hit->v, way, &at))
+        return;
+    const uint32_t side = bd_point_clusters_near(l->inputs->points, place_beside(l, &at, ray),
+                                                 at.normal, (NEAR_REACH + SPREAD) * l->distance);
+    if (side == BD_NO_POINT_NEAR) return;
+    f3 *to = &l->out->irradiance[side];
+    *to = f3_add(*to, f3_scale(flux, 1 / l->inputs->points->area));
+}
+
+static void land_all_of(struct landing *l, uint32_t k, uint32_t first_ray)
+{
+    const struct bd_light_uniform *lamp = lamp_at(l, k);
+    const f3 flux = f3_scale(bd_punctual_flux(lamp), 1 / (float)l->rays_each);
+    const float reach = NEAR_REACH * l->distance;
+    if (meets_glass(l, first_ray)) return;
+    l->out->reach2[l->lamps[k]] = reach * reach;
+    for (uint32_t i = first_ray; i < first_ray + l->rays_each; i++)
+        land(l, i, f3_scale(flux, window_of_range(l->hits[i].distance, lamp->inverse_range)));
+}
+
+static enum bd_err light_all(struct landing *l, struct bd_ray_counts *traced,
+                             struct bd_err_detail *detail)
+{
+    const uint32_t most = RAYS_AT_ONCE / l->rays_each;
+    enum bd_err err = make_room(l, detail);
+    for (uint32_t first = 0, count; !err && first < l->lamp_count; first += count) {
+        count = l->lamp_count - first < most ? l->lamp_count - first : most;
+        send(l, first, count);
+        err = bd_nearest_ask(l->context, l->inputs->visibility, l->rays,
+                             (size_t)count * l->rays_each, l->hits, traced, detail);
+        for (uint32_t k = 0; !err && k < count; k++) land_all_of(l, first + k, k * l->rays_each);
+        if (!err) err = bd_slicer_pause(l->context->slicer);
+    }
+    return err;
+}
+
+enum bd_err bd_near_lamps_run(const struct bd_pass_context *context,
+                              const struct bd_near_lamps_inputs *inputs, struct bd_near_lamps *out,
+                              struct bd_ray_counts *traced, struct bd_err_detail *detail)
+{
+    struct landing l = {
+        .context = context,
+        .inputs = inputs,
+        .out = out,
+        .sequence = bd_sequence_of(bd_askers_seed(inputs->seed), OF_NEAR_LAMPS),
+        .spread = bd_sequence_of(bd_askers_seed(inputs->seed), OF_NEAR_LAMPS + 1),
+        .distance = f_sqrt(inputs->points->area),
+    };
+    *out = (struct bd_near_lamps){0};
+    if (inputs->count == 0 || inputs->points->count == 0) return BD_ERR_OK;
+    enum bd_err err = list_lamps(&l, detail);
+    bd_surface_hits_init(&l.surfaces, inputs->snapshot);
+    if (!err && l.lamp_count > 0) err = light_all(&l, traced, detail);
+    bd_surface_hits_finish(&l.surfaces);
+    free(l.lamps);
+    free(l.rays);
+    free(l.hits);
+    if (err) bd_near_lamps_finish(out);
+    return err;
+}
+
+void bd_near_lamps_finish(struct bd_near_lamps *near)
+{
+    free(near->reach2);
+    free(near->irradiance);
+    *near = (struct bd_near_lamps){0};
+}
