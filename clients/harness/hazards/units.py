@@ -2,7 +2,8 @@
 codes needs a unit test: its name goes here, or `bounce stability` fails for that technique."""
 from .row import unit_row
 
-unit_row(17, "exponent of a Phong lobe", "IP")  # glTF has none; a stage that fits one would
+unit_row(17, "exponent of a Phong lobe", "IP",  # glTF's are GGX's, whose width takes its place
+         "tests/native/lobes.c:narrow_lobes_are_finite")
 unit_row(40, "ray through the map's own centre", "P",
          "tests/pass/env_maps.c:rays_through_a_centre_meet_what_lies_ahead")
 unit_row(41, "probability 0 of a cluster", "I",
