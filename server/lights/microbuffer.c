@@ -78,6 +78,18 @@ enum bd_err bd_microbuffer_init(struct bd_microbuffer *map, uint32_t side,
     return BD_ERR_OK;
 }
 
+enum bd_err bd_microbuffer_init_even(struct bd_microbuffer *map, uint32_t side,
+                                     struct bd_err_detail *detail)
+{
+    const enum bd_err err = bd_microbuffer_init(map, side, detail);
+    const float each = 2 * F_PI / (float)(side * side);
+    for (uint32_t i = 0; !err && i < side * side; i++) {
+        map->solid_angle[i] = each;
+        map->weight[i] = f3_scale(map->way[i], each);
+    }
+    return err;
+}
+
 void bd_microbuffer_finish(struct bd_microbuffer *map)
 {
     free(map->way);

@@ -25,6 +25,11 @@ struct bd_microbuffer {
 BD_MUST_CHECK
 enum bd_err bd_microbuffer_init(struct bd_microbuffer *map, uint32_t side,
                                 struct bd_err_detail *detail);
+// As printed: texels are alike, and their ways those of their middles. 3.5 % of a white hemisphere
+// are lost.
+BD_MUST_CHECK
+enum bd_err bd_microbuffer_init_even(struct bd_microbuffer *map, uint32_t side,
+                                     struct bd_err_detail *detail);
 void bd_microbuffer_finish(struct bd_microbuffer *map);
 
 #endif

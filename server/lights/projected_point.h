@@ -75,6 +75,20 @@ KERNEL float texels_of_point(float facing, float r2, float per_sum, float area, 
     return texels * part_of_small_disk(far * (1.0f / F_PI));
 }
 
+// As the paper has them (A4, Eq. 5): no disk is near, but for a solid angle that is a fifth too
+// large where it is, and texels are alike.
+KERNEL float importance_of_point_printed(float height, float facing, float r2, float area)
+{
+    float per_r2 = 1.0f / r2;
+    return area * facing * height * (per_r2 * per_r2);
+}
+
+KERNEL float texels_of_point_printed(float facing, float r2, float area, float side)
+{
+    float cosine = facing / f_sqrt(r2);
+    return side * side * area * cosine / (area + 2.0f * F_PI * r2);
+}
+
 // Of the area that points stand for, what they cover: of points that lie by chance, one that
 // covered no more would leave holes beside it.
 #define SPLAT_OVERLAP 2.0f

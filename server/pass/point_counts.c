@@ -2,6 +2,7 @@
 
 #include "kernel/math.h"
 #include "lights/point_clusters.h"
+#include "lights/sequence.h"
 
 // The largest share: sums stay below 2^32.
 #define MOST_SHARE (1u << 21)
@@ -38,5 +39,22 @@ void bd_point_counts(const uint32_t *shares, uint32_t count, uint32_t sum, uint3
         const uint32_t beyond = k + 1 == count ? drawn : (uint32_t)until;
         counts[k] = beyond - before;
         before = beyond;
+    }
+}
+
+void bd_point_counts_printed(const float *importance, uint32_t count, uint32_t drawn,
+                             uint32_t chance, uint32_t *counts)
+{
+    float sum = 0, carry = 0;
+    for (uint32_t k = 0; k < count; k++) sum += importance[k];
+    for (uint32_t k = 0; k < count; k++) {
+        const float part = sum > 0 ? importance[k] / sum : 1 / (float)count;
+        const float wanted = (float)drawn * part + carry;
+        const float number = (float)(bd_stirred(chance + k * 0x9e3779b9u) >> 8) * 0x1p-24f;
+        counts[k] = (uint32_t)f_max(wanted, 0);
+        carry = wanted - (float)counts[k];
+        if (number >= carry) continue;
+        counts[k]++;
+        carry -= 1;
     }
 }

@@ -19,4 +19,10 @@ uint32_t bd_point_shares(const float *importance, uint32_t count, uint32_t *shar
 void bd_point_counts(const uint32_t *shares, uint32_t count, uint32_t sum, uint32_t drawn,
                      float start, uint32_t *counts);
 
+// As printed: a loop that carries what a cluster was given too much or too little to the next. The
+// mean of a cluster's is not its part, and one that gives nothing may have some (I1). `chance`: any
+// number.
+void bd_point_counts_printed(const float *importance, uint32_t count, uint32_t drawn,
+                             uint32_t chance, uint32_t *counts);
+
 #endif
