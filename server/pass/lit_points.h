@@ -26,7 +26,7 @@ struct bd_lit_points_inputs {
     uint32_t count, clusters, cells; // points: 1 to BD_SURFACE_POINTS_MAX; clusters, cells at most
     uint32_t reflections;            // of light, before the last: 1 to 64
     uint32_t explore;                // of a cluster, as cells look (pass/project_points.h)
-    bool projected;                  // cells look as receivers do, not by rays
+    bool projected;                  // as printed: cells look by maps of points, not by rays
     bool lambert;                    // surfaces send on their base colour, evenly
     bool glass;                      // light goes through it: it hides nothing
     uint32_t photons;                // that lamps send through glass; 0: none

@@ -321,12 +321,13 @@ static void project_group(void *user, uint32_t group)
 
 static enum bd_err look_by_points(struct cells *c)
 {
-    enum bd_err err = bd_microbuffer_init(&c->map, MAP_SIDE, c->detail);
+    enum bd_err err = bd_microbuffer_init_even(&c->map, MAP_SIDE, c->detail);
     c->projector = (struct bd_projector){.loops = c->context.processor->loops,
                                          .points = c->inputs->points,
                                          .explore = c->inputs->explore,
                                          .exploit = MAP_EXPLOIT,
-                                         .side = MAP_SIDE};
+                                         .side = MAP_SIDE,
+                                         .as_printed = true};
     bd_slicer_work(c->context.slicer, "cells project");
     if (!err)
         err = bd_receivers_each(&c->context, groups_of(c->cells->count), UNITS_PER_MAP * BD_LANES,

@@ -34,7 +34,7 @@ struct bd_point_cells_inputs {
     const struct bd_point_clusters *points; // whose radiance it is
     uint32_t cells, clusters, explore;      // at most; as struct bd_lit_points_inputs
     uint32_t rounds;                        // at most
-    bool projected;                         // as receivers look, not by rays
+    bool projected;                         // as printed: by maps of points, not by rays
     bool glass;                             // rays go through it
     uint64_t seed;
 };

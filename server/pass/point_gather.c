@@ -1,5 +1,6 @@
 #include "pass/point_gather.h"
 
+#include <math.h>
 #include <stdlib.h>
 
 #include "base/assert.h"
@@ -22,8 +23,37 @@ struct gathering {
     const struct bd_point_gather_inputs *inputs;
     struct bd_projector projector;
     struct bd_microbuffer map;
+    float white; // as printed
     const struct bd_receiver_part *part;
 };
+
+// --- what texels hold ---------------------------------------------------------------------------
+
+// In eight bits, where it is as printed: the paper's texels hold no more. White is the brightest of
+// all points.
+#define STEPS 255.0f
+
+static float white_of(const struct bd_lit_points *points)
+{
+    float white = 0;
+    for (size_t i = 0; i < 2 * (size_t)points->clusters.count; i++)
+        white = f_max(white, strongest_channel(points->radiance[i]));
+    return white;
+}
+
+static float round_channel(float channel, float white)
+{
+    if (!(white > 0)) return 0;
+    return floorf(channel / white * STEPS + 0.5f) * (white / STEPS);
+}
+
+static f3 light_of_texel(const struct gathering *g, uint32_t point)
+{
+    const f3 light = g->inputs->points->radiance[point];
+    if (!g->projector.as_printed) return light;
+    return f3_of(round_channel(light.x, g->white), round_channel(light.y, g->white),
+                 round_channel(light.z, g->white));
+}
 
 static f3 in_world(const struct bd_native_place *place, f3 way)
 {
@@ -36,12 +66,11 @@ static void sum_texels(const struct gathering *g, const struct bd_native_place *
                        const struct bd_projected *seen, f3 *irradiance, f3 *vector)
 {
     const f3 own = in_axes(normal, place->across, place->along, place->normal);
-    const f3 *radiance = g->inputs->points->radiance;
     f3 directions = f3_of(0, 0, 0);
     *irradiance = f3_of(0, 0, 0);
     for (uint32_t t = 0; t < g->map.side * g->map.side; t++) {
         if (seen->point[t] == BD_SEES_NOTHING) continue;
-        const f3 light = radiance[seen->point[t]], weight = g->map.weight[t];
+        const f3 light = light_of_texel(g, seen->point[t]), weight = g->map.weight[t];
         *irradiance = f3_add(*irradiance, f3_scale(light, f_max(f3_dot(weight, own), 0)));
         directions = f3_add(directions, f3_scale(weight, all_channels(light)));
     }
@@ -84,7 +113,7 @@ static void light_group(void *user, uint32_t group)
     const struct bd_point_view view = view_of(g, group);
     struct bd_point_cut cut;
     bd_point_clusters_cut(&g->inputs->points->clusters, g->inputs->clusters,
-                          g->inputs->even ? NULL : &view, &cut);
+                          g->inputs->as_printed ? NULL : &view, &cut);
     for (uint32_t lane = 0; lane < BD_LANES; lane++) {
         if (group * BD_LANES + lane >= g->part->count) continue;
         if (g->part->receivers[group].lit[lane] > 0) light_receiver(g, &cut, group, lane, seen);
@@ -122,7 +151,9 @@ static enum bd_err run(const struct bd_pass_context *context,
                       .explore = inputs->explore,
                       .exploit = inputs->exploit,
                       .side = inputs->side,
-                      .projection = inputs->projection},
+                      .projection = inputs->projection,
+                      .as_printed = inputs->as_printed},
+        .white = inputs->as_printed ? white_of(inputs->points) : 0,
     };
     g.context.processor = &g.processor;
     g.projector.loops = g.processor.loops;
@@ -131,7 +162,8 @@ static enum bd_err run(const struct bd_pass_context *context,
     receivers->seed = inputs->seed;
     receivers->light = light_part;
     receivers->user = &g;
-    enum bd_err err = bd_microbuffer_init(&g.map, inputs->side, detail);
+    enum bd_err err = inputs->as_printed ? bd_microbuffer_init_even(&g.map, inputs->side, detail)
+                                         : bd_microbuffer_init(&g.map, inputs->side, detail);
     if (!err) err = bd_receivers_run(&g.context, receivers, detail);
     bd_microbuffer_finish(&g.map);
     return err;

@@ -19,7 +19,9 @@ struct bd_point_gather_inputs {
     const struct bd_lit_points *points;
     uint32_t explore, exploit, side; // as of struct bd_projector
     uint32_t clusters;               // of a group of receivers
-    bool even;                       // the same for all, as the paper has them
+    // As the paper has it: even clusters, the same for all; counts, solid angles and holes (struct
+    // bd_projector); texels alike, that hold radiance in eight bits.
+    bool as_printed;
     enum bd_projection projection;
     struct bd_pool *pool;
     uint64_t seed;

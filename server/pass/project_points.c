@@ -71,7 +71,7 @@ static void weigh_row(const struct bd_projector *p, const struct bd_native_place
 {
     float importance[BD_LANES];
     if (seen->row.count == 0) return;
-    p->loops->weigh_points(place, &seen->row, importance);
+    p->loops->weigh_points(place, &seen->row, p->as_printed, importance);
     for (uint32_t i = 0; i < seen->row.count; i++)
         seen->importance[seen->row_names[i]] += importance[i];
     seen->row.count = 0;
@@ -100,6 +100,11 @@ static void count_points(const struct bd_projector *p, const struct bd_point_cut
     }
     if (p->projection == BD_PROJECTION_ALL) return;
     if (p->projection == BD_PROJECTION_IMPORTANCE) weigh_clusters(p, cut, place, chance, seen);
+    if (p->as_printed) {
+        bd_point_counts_printed(seen->importance, cut->count, p->exploit, chance ^ OF_COUNTS,
+                                seen->drawn);
+        return;
+    }
     const uint32_t sum = bd_point_shares(seen->importance, cut->count, seen->shares);
     bd_point_counts(seen->shares, cut->count, sum, p->exploit, start, seen->drawn);
 }
@@ -124,7 +129,8 @@ static void project_row(const struct bd_projector *p, const struct bd_native_pla
     uint32_t turns_away[BD_LANES];
     if (seen->row.count == 0) return;
     if (seen->first_slot + BD_LANES > BD_PROJECTED_MOST) keep_seen(p, seen);
-    p->loops->project(place, &seen->row, seen->first_slot, p->side, seen->map, turns_away);
+    const struct bd_native_map map = {seen->map, p->side, p->as_printed};
+    p->loops->project(place, &seen->row, seen->first_slot, &map, turns_away);
     for (uint32_t i = 0; i < seen->row.count; i++)
         seen->of_slot[stirred_slot(seen->first_slot + i)] = 2 * seen->row_names[i] + turns_away[i];
     seen->first_slot += seen->row.count;
@@ -162,6 +168,37 @@ static void fill_holes(const struct bd_projector *p, struct bd_projected *seen)
     }
 }
 
+// Of a cluster all that are drawn, each for as much of it.
+static void project_drawn(const struct bd_projector *p, const struct bd_point_cut *cut,
+                          const struct bd_native_place *place, uint32_t chance,
+                          struct bd_projected *seen)
+{
+    for (uint32_t k = 0; k < cut->count; k++) {
+        const struct steps steps = steps_of(p, cut, k, chance, p->explore + seen->drawn[k]);
+        add_points(p, place, &steps, NO_CLUSTER, project_row, seen);
+    }
+}
+
+// Of a cluster those that it was explored by, which stand for all of it; and those that exploit it,
+// which stand for all of it again, by what was wanted of them (Eq. 3). Where none was, and the loop
+// drew some, they share it: the paper divides by 0.
+static void project_printed(const struct bd_projector *p, const struct bd_point_cut *cut,
+                            const struct bd_native_place *place, uint32_t chance,
+                            struct bd_projected *seen)
+{
+    float sum = 0;
+    for (uint32_t k = 0; k < cut->count; k++) sum += seen->importance[k];
+    for (uint32_t k = 0; k < cut->count; k++) {
+        const struct steps explored = steps_of(p, cut, k, chance, p->explore);
+        add_points(p, place, &explored, NO_CLUSTER, project_row, seen);
+        if (seen->drawn[k] == 0) continue;
+        struct steps exploited = steps_of(p, cut, k, ~chance, seen->drawn[k]);
+        const float wanted = sum > 0 ? (float)p->exploit * seen->importance[k] / sum : 0;
+        if (wanted > 0) exploited.area = p->points->area * (float)cut->clusters[k].count / wanted;
+        add_points(p, place, &exploited, NO_CLUSTER, project_row, seen);
+    }
+}
+
 _Static_assert(BD_MICROBUFFER_SIDE_MAX *BD_MICROBUFFER_SIDE_MAX <= BD_PROJECTED_MOST, "room");
 
 void bd_project_points(const struct bd_projector *p, const struct bd_point_cut *cut,
@@ -177,11 +214,11 @@ void bd_project_points(const struct bd_projector *p, const struct bd_point_cut *
     }
     if (cut->count == 0) return;
     count_points(p, cut, place, chance, seen);
-    for (uint32_t k = 0; k < cut->count; k++) {
-        const struct steps steps = steps_of(p, cut, k, chance, p->explore + seen->drawn[k]);
-        add_points(p, place, &steps, NO_CLUSTER, project_row, seen);
-    }
+    if (p->as_printed && p->projection != BD_PROJECTION_ALL)
+        project_printed(p, cut, place, chance, seen);
+    else
+        project_drawn(p, cut, place, chance, seen);
     project_row(p, place, seen);
     keep_seen(p, seen);
-    for (int round = 0; round < HOLE_ROUNDS; round++) fill_holes(p, seen);
+    for (int round = 0; round < HOLE_ROUNDS && !p->as_printed; round++) fill_holes(p, seen);
 }

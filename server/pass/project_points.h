@@ -35,6 +35,9 @@ struct bd_projector {
     uint32_t explore, exploit; // of each cluster, 1 to BD_EXPLORE_MAX; of all
     uint32_t side;             // texels
     enum bd_projection projection;
+    // The paper's counts, points that stand for all of their cluster twice, its solid angles, and
+    // holes where they leave some.
+    bool as_printed;
 };
 
 #define BD_SEES_NOTHING UINT32_MAX

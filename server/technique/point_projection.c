@@ -24,7 +24,7 @@ static enum bd_err light_fragments(const struct bd_pass_context *context,
     const struct bd_point_gather_inputs gather = {
         .points = inputs->points,
         .clusters = params->clusters,
-        .even = params->paper_mode,
+        .as_printed = params->paper_mode,
         .explore = params->explore,
         .exploit = params->exploit,
         .side = params->microbuffer,

@@ -17,7 +17,7 @@ SCALAR = re.compile(r"\bv?(div|sqrt)ss\b")
 PACKED = re.compile(r"\bv?(div|sqrt)ps\b.*%([xyz])mm")
 REGISTERS = {"baseline": "x", "avx2": "y", "avx512": "z"}
 # Divisions and roots of loops, at least, and those for all lanes at once.
-SOURCES = {"build_tree.c": (30, 0), "choose.c": (48, 2), "direct.c": (33, 4), "gather.c": (47, 0), "gather_glossy.c": (40, 0), "gather_tree.c": (58, 2), "imperfect_shadows.c": (4, 4), "project.c": (11, 1), "residual.c": (31, 6)}
+SOURCES = {"build_tree.c": (30, 0), "choose.c": (48, 2), "direct.c": (33, 4), "gather.c": (47, 0), "gather_glossy.c": (40, 0), "gather_tree.c": (58, 2), "imperfect_shadows.c": (4, 4), "project.c": (14, 1), "residual.c": (31, 6)}
 
 
 def instructions(program):

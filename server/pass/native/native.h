@@ -175,6 +175,14 @@ struct bd_native_points {
     uint32_t count;
 };
 
+// Of what a place sees, so many texels along a side; points cover them as the paper has it, or as
+// they should.
+struct bd_native_map {
+    uint32_t *keys;
+    uint32_t side;
+    bool as_printed;
+};
+
 // What is summed beside irradiance.
 struct bd_native_wishes {
     bool near_patches;   // VPLs nearer than their limit are integrated as patches
@@ -232,11 +240,11 @@ struct bd_native_loops {
     void (*shadow)(const struct bd_native_shadow *shadow, uint32_t *map);
     // What a place may get of points (lights/projected_point.h).
     void (*weigh_points)(const struct bd_native_place *place, const struct bd_native_points *points,
-                         float importance[BD_LANES]);
-    // Keeps in each texel of a map, of so many along a side, the least key of points, whose slots
-    // go on from `first_slot`; and of each point 1 if it turns its back on the place.
+                         bool as_printed, float importance[BD_LANES]);
+    // Keeps in each texel of a map the least key of points, whose slots go on from `first_slot`;
+    // and of each point 1 if it turns its back on the place.
     void (*project)(const struct bd_native_place *place, const struct bd_native_points *points,
-                    uint32_t first_slot, uint32_t side, uint32_t *map,
+                    uint32_t first_slot, const struct bd_native_map *map,
                     uint32_t turns_away[BD_LANES]);
 };
 

@@ -38,28 +38,36 @@ static void look(const struct bd_native_place *restrict place,
     }
 }
 
-static void weigh(const struct ways *restrict ways, const float *restrict area,
-                  float *restrict importance)
+// `as_printed`, here and below: a constant of who calls, so that each has a loop without a choice.
+static inline void weigh(const struct ways *restrict ways, const float *restrict area,
+                         bool as_printed, float *restrict importance)
 {
     LANES(i)
     {
         const f3 to = f3_of(ways->x[i], ways->y[i], ways->z[i]);
         const float r2 = f_max(f3_dot(to, to), NEAREST_R2);
-        const float may_give = importance_of_point(to.z, f_abs(ways->facing[i]), r2, area[i]);
+        const float facing = f_abs(ways->facing[i]);
+        const float may_give =
+            f_select(as_printed, importance_of_point_printed(to.z, facing, r2, area[i]),
+                     importance_of_point(to.z, facing, r2, area[i]));
         importance[i] = f_select(is_point_seen(to.z, ways->facing[i], r2), may_give, 0.0f);
     }
 }
 
 void WIDE(bd_native_weigh_points)(const struct bd_native_place *place,
-                                  const struct bd_native_points *points, float importance[BD_LANES])
+                                  const struct bd_native_points *points, bool as_printed,
+                                  float importance[BD_LANES])
 {
     struct ways ways;
     look(place, points, &ways);
-    weigh(&ways, points->area, importance);
+    if (as_printed)
+        weigh(&ways, points->area, true, importance);
+    else
+        weigh(&ways, points->area, false, importance);
 }
 
-static void cover(const struct ways *restrict ways, const float *restrict area, float side,
-                  uint32_t first_slot, struct squares *restrict squares)
+static inline void cover(const struct ways *restrict ways, const float *restrict area, float side,
+                         bool as_printed, uint32_t first_slot, struct squares *restrict squares)
 {
     const float places_of_texel = 2.0f / side;
     LANES(i)
@@ -69,8 +77,11 @@ static void cover(const struct ways *restrict ways, const float *restrict area, 
         const float per_sum = 1.0f / f_max(f_abs(to.x) + f_abs(to.y) + f_abs(to.z), 1e-18f);
         const float u = f_min(texel_of_place((to.x + to.y) * per_sum, side), side);
         const float v = f_min(texel_of_place((to.x - to.y) * per_sum, side), side);
-        const float texels = texels_of_point(f_abs(ways->facing[i]), r2, per_sum, area[i], side);
-        const float half = 0.5f * f_max(f_sqrt(SPLAT_OVERLAP * texels), 1.0f);
+        const float facing = f_abs(ways->facing[i]);
+        const float texels =
+            f_select(as_printed, texels_of_point_printed(facing, r2, area[i], side),
+                     SPLAT_OVERLAP * texels_of_point(facing, r2, per_sum, area[i], side));
+        const float half = 0.5f * f_max(f_sqrt(texels), 1.0f);
         squares->first_u[i] = (int32_t)f_min(f_max(u - half + 0.5f, 0.0f), side - 1.0f);
         squares->first_v[i] = (int32_t)f_min(f_max(v - half + 0.5f, 0.0f), side - 1.0f);
         squares->end_u[i] = (int32_t)f_min(u + half + 0.5f, side);
@@ -82,7 +93,8 @@ static void cover(const struct ways *restrict ways, const float *restrict area, 
             distance2_of_plane(ways->facing[i], r2, f3_dot(normal, middle), f3_dot(middle, middle));
         const bool is_seen = is_point_seen(to.z, ways->facing[i], r2);
         const uint slot = stirred_slot(first_slot + (uint32_t)i);
-        squares->key[i] = u_select(is_seen, key_of_point(plane2, slot), NO_POINT);
+        const float far2 = f_select(as_printed, r2, plane2);
+        squares->key[i] = u_select(is_seen, key_of_point(far2, slot), NO_POINT);
     }
 }
 
@@ -111,13 +123,16 @@ static void keep_square(const struct squares *squares, size_t i, uint32_t side, 
 
 void WIDE(bd_native_project)(const struct bd_native_place *place,
                              const struct bd_native_points *points, uint32_t first_slot,
-                             uint32_t side, uint32_t *map, uint32_t turns_away[BD_LANES])
+                             const struct bd_native_map *map, uint32_t turns_away[BD_LANES])
 {
     struct ways ways;
     struct squares squares;
     look(place, points, &ways);
-    cover(&ways, points->area, (float)side, first_slot, &squares);
+    if (map->as_printed)
+        cover(&ways, points->area, (float)map->side, true, first_slot, &squares);
+    else
+        cover(&ways, points->area, (float)map->side, false, first_slot, &squares);
     LANES(i) turns_away[i] = ways.facing[i] >= 0.0f;
     for (size_t i = 0; i < points->count; i++)
-        if (squares.key[i] != NO_POINT) keep_square(&squares, i, side, map);
+        if (squares.key[i] != NO_POINT) keep_square(&squares, i, map->side, map->keys);
 }
