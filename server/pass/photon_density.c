@@ -169,9 +169,8 @@ static f3 returned_by(const struct density *c, const struct reflecting *r, bool 
     const float cosine = f_max(f3_dot(r->normal, r->viewer), 0);
     const f3 limited = f3_min(r->base_color, diffuse_limit(cosine, r->roughness));
     if (has_lobe) return f3_scale(r->base_color, 1 - r->metallic);
-    return c->of_rough
-               ? sent_by_diffuse(limited, r->f0_dielectric, cosine)
-               : sent_from_everywhere(r->base_color, r->metallic, r->roughness, r->f0_dielectric);
+    return c->of_rough ? sent_by_diffuse(limited, r->f0_dielectric, cosine)
+                       : sent_by_rough(limited, r->roughness, r->f0_dielectric, cosine);
 }
 
 static struct reflecting reflecting_at(const struct density *c, uint32_t i)

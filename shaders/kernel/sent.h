@@ -53,4 +53,31 @@ KERNEL f3 sent_from_everywhere(f3 base_color, float metallic, float roughness, f
                          lobe_sent_white(roughness), lobe_sent_grazing(roughness));
 }
 
+// The GGX lobe's two parts to who looks under that cosine, of roughnesses from .6 on: fits in the
+// root of the cosine to 65,536 samples, within .011 and .0014 (lights/sent_albedo.py).
+KERNEL float rough_sent_white(float r, float c)
+{
+    float s = f_sqrt(c);
+    return 1.0120f + 0.0232f * r +
+           s * (0.0880f - 0.9021f * r + s * (0.1092f - 0.3434f * r + s * (0.4159f - 0.1059f * r)));
+}
+
+KERNEL float rough_sent_grazing(float r, float c)
+{
+    float s = f_sqrt(c);
+    float second = -1.4577f + r * (2.0200f - 0.8734f * r);
+    float third = 0.1320f + r * (1.1405f - 0.7245f * r);
+    float fourth = 0.7949f + r * (-2.2439f + 1.1889f * r);
+    return 0.5331f + r * (-0.9439f + 0.4603f * r) +
+           s * (0.0178f - r * (0.0188f + 0.0266f * r) + s * (second + s * (third + s * fourth)));
+}
+
+// What a rough dielectric returns to who looks under that cosine; `color` of its diffuse lobe.
+KERNEL f3 sent_by_rough(f3 color, float roughness, float f0_dielectric, float cosine)
+{
+    float grazing = rough_sent_grazing(roughness, cosine);
+    float lobe = f0_dielectric * (rough_sent_white(roughness, cosine) - grazing) + grazing;
+    return f3_add(sent_by_diffuse(color, f0_dielectric, cosine), f3_of(lobe, lobe, lobe));
+}
+
 #endif

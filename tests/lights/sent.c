@@ -74,6 +74,23 @@ static void flat_light_is_returned_more(void **state)
     compare(.2f, (const float[3]){.005f, .01f, .02f});
 }
 
+// Light goes both ways: what returns of light under an angle returns to who looks under it. Flat
+// looks have more of the diffuse lobe's rim.
+static void rough_ones_return_it_to_who_looks(void **state)
+{
+    (void)state;
+    const f3 base = f3_of(0, .3f, .6f);
+    for (float roughness = .6f; roughness < 1.01f; roughness += .1f)
+        for (float cosine = .1f; cosine < 1.01f; cosine += .15f) {
+            const f3 limited = f3_min(base, diffuse_limit(cosine, roughness));
+            const f3 sent = sent_by_rough(limited, roughness, F0, cosine);
+            const f3 whole = integral(base, 0, roughness, cosine);
+            assert_float_equal(sent.x, whole.x, .003);
+            assert_float_equal(sent.y, whole.y, .006);
+            assert_float_equal(sent.z, whole.z, .01);
+        }
+}
+
 static void nothing_returns_more_than_all(void **state)
 {
     (void)state;
@@ -93,6 +110,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(it_is_what_the_brdf_returns),
         cmocka_unit_test(flat_light_is_returned_more),
+        cmocka_unit_test(rough_ones_return_it_to_who_looks),
         cmocka_unit_test(nothing_returns_more_than_all),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -61,14 +61,15 @@ vec4 rough_part(ivec2 pixel, receiver r)
 
 // Of indirect light. With BD_WHOLE, of a surface without a lobe worth its price, what the diffuse
 // part of its BRDF returns of light from everywhere to who looks; where nothing is known of what its
-// lobe reflects, the whole BRDF, in the mean over those who look.
+// lobe reflects, the whole BRDF.
 vec3 reflectance(receiver r, vec4 rough)
 {
 #ifdef BD_WHOLE
     float cosine = max(dot(direction_to_viewer(r.relative_position), r.normal), 0.0);
+    vec3 limited = min(r.base_color, diffuse_limit(cosine, r.roughness));
     if (!has_glossy_lobe(r.metallic, r.roughness))
-        return rough.a > 0.0 ? sent_by_diffuse(min(r.base_color, diffuse_limit(cosine, r.roughness)), r.f0_dielectric, cosine)
-                             : sent_from_everywhere(r.base_color, r.metallic, r.roughness, r.f0_dielectric);
+        return rough.a > 0.0 ? sent_by_diffuse(limited, r.f0_dielectric, cosine)
+                             : sent_by_rough(limited, r.roughness, r.f0_dielectric, cosine);
 #endif
     return diffuse_albedo(r);
 }
