@@ -6,6 +6,7 @@
 #include "base/assert.h"
 #include "kernel/all_channels.h"
 #include "kernel/hemi_octahedral.h"
+#include "kernel/light_spread.h"
 #include "kernel/vpl_light.h"
 #include "lights/microbuffer.h"
 #include "lights/sequence.h"
@@ -24,6 +25,7 @@ struct gathering {
     struct bd_projector projector;
     struct bd_microbuffer map;
     float white; // as printed
+    bool spread;
     const struct bd_receiver_part *part;
 };
 
@@ -77,6 +79,39 @@ static void sum_texels(const struct gathering *g, const struct bd_native_place *
     *vector = irradiance_vector(*irradiance, in_world(place, directions), normal);
 }
 
+// At angles that are more aslant a texel would show more of a surface than a block is large.
+#define ASLANT_MOST 0.05f
+
+// How far off light of what a texel shows may be over a block (kernel/light_spread.h), which takes
+// it for a patch that fills the texel.
+static float spread_of_texel(const struct gathering *g, const struct bd_native_place *place,
+                             const struct bd_receivers *block, uint32_t lane, uint32_t texel,
+                             uint32_t seen)
+{
+    const struct bd_projected_point *point = &g->projector.points->points[seen / 2];
+    const f3 from = f3_sub(f3_of(point->x, point->y, point->z), place->position);
+    const float r2 = f_max(f3_dot(from, from), NEAREST_R2);
+    const f3 front =
+        in_axes(normal_of_bits(point->normal), place->across, place->along, place->normal);
+    const f3 normal = f3_scale(front, seen % 2 ? -1 : 1), way = g->map.way[texel];
+    const float aslant = f_max(-f3_dot(normal, way), ASLANT_MOST);
+    const float area = g->map.solid_angle[texel] * r2 / aslant;
+    const float flux = F_PI * all_channels(light_of_texel(g, seen)) * area;
+    return spread_of_vpl(block->radius[lane], block->off_plane[lane], f3_of(0, 0, 1),
+                         f3_scale(way, f_sqrt(r2)), r2, normal, area, flux);
+}
+
+static float sum_spread(const struct gathering *g, const struct bd_native_place *place,
+                        const struct bd_receivers *block, uint32_t lane,
+                        const struct bd_projected *seen)
+{
+    float sum = 0;
+    for (uint32_t t = 0; t < g->map.side * g->map.side; t++)
+        if (seen->point[t] != BD_SEES_NOTHING)
+            sum += spread_of_texel(g, place, block, lane, t, seen->point[t]);
+    return sum;
+}
+
 static void light_receiver(const struct gathering *g, const struct bd_point_cut *cut,
                            uint32_t group, uint32_t lane, struct bd_projected *seen)
 {
@@ -90,6 +125,9 @@ static void light_receiver(const struct gathering *g, const struct bd_point_cut 
     sum_texels(g, &place, normal, seen, &irradiance, &vector);
     f3_add_at(&g->part->light[group].irradiance, lane, irradiance);
     f3_add_at(&g->part->light[group].vector, lane, vector);
+    const struct bd_receivers *blocks = &g->part->receivers[group];
+    if (g->spread && blocks->radius[lane] > 0)
+        g->part->light[group].spread[lane] += sum_spread(g, &place, blocks, lane, seen);
 }
 
 // What its receivers have in common.
@@ -153,6 +191,7 @@ static enum bd_err run(const struct bd_pass_context *context,
                       .side = inputs->side,
                       .projection = inputs->projection,
                       .as_printed = inputs->as_printed},
+        .spread = receivers->spread,
         .white = inputs->as_printed ? white_of(inputs->points) : 0,
     };
     g.context.processor = &g.processor;
@@ -182,7 +221,11 @@ enum bd_err bd_point_gather_of_fragments(const struct bd_pass_context *context,
                                        bd_fragment_vectors(gather), out, detail);
     if (err) return err;
     struct bd_receivers_inputs receivers = {
-        .askers = bd_fragment_askers(gather), .bind = bd_multires_light_bind, .out = *out};
+        .askers = bd_fragment_askers(gather),
+        .spread = gather->spread,
+        .bind = bd_multires_light_bind,
+        .out = *out,
+    };
     err = run(context, inputs, &receivers, detail);
     if (err && !gather->into) bd_multires_light_destroy(context->gpu, out);
     return err;

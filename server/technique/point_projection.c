@@ -69,16 +69,17 @@ static const struct bd_param_default defaults[] = {
     {BD_PARAM_DEPTH_TEST, BD_DEPTH_TEST_STEP},
     {BD_PARAM_DEPTH_THRESHOLD, 0.01},
     {BD_PARAM_FINEST, 1}, // 2 pixels
+    {BD_PARAM_LIGHT_THRESHOLD, 0.2},
     {BD_PARAM_INDIRECT_BOUNCES, 64},
     {BD_PARAM_CACHE_CELLS, 8192},
 };
 static const char *const ladder[] = {
     "points=65536 exploit=512 explore=1 microbuffer=16 far_rays=2 depth_threshold=0.02 "
-    "normal_threshold=0.5 finest=4 light_rays=16",
+    "normal_threshold=0.5 light_threshold=1 finest=4 light_rays=16",
     "points=262144 exploit=2048 explore=2 microbuffer=32 far_rays=4 depth_threshold=0.01 "
-    "normal_threshold=0.25 finest=2 light_rays=16",
+    "normal_threshold=0.25 light_threshold=0.2 finest=2 light_rays=16",
     "points=262144 exploit=4096 explore=2 microbuffer=32 far_rays=8 depth_threshold=0.005 "
-    "normal_threshold=0.1 finest=1 light_rays=32",
+    "normal_threshold=0.1 light_threshold=0.1 finest=1 light_rays=32",
     "points=524288 exploit=2048 explore=2 microbuffer=32 far_rays=16 depth_threshold=0 "
     "normal_threshold=0 finest=1 light_rays=32",
     "points=1048576 exploit=16384 explore=2 microbuffer=48 far_rays=32 depth_threshold=0 "
@@ -100,11 +101,11 @@ const struct bd_technique bd_technique_point_projection = {
     .passes = passes,
     .params_read =
         BD_READS_DIRECT | BD_READS(BD_PARAM_ALPHA) | BD_READS_LIGHT_PATHS | BD_READS_FRAGMENTS |
-        BD_READS(BD_PARAM_FAR_RAYS) | BD_READS(BD_PARAM_SUB_FRAMES) |
-        BD_READS(BD_PARAM_NOISE_FILTER) | BD_READS(BD_PARAM_PAPER_MODE) | BD_READS_CAUSTICS |
-        BD_READS(BD_PARAM_CACHE_CELLS) | BD_READS(BD_PARAM_POINTS) | BD_READS(BD_PARAM_CLUSTERS) |
-        BD_READS(BD_PARAM_EXPLORE) | BD_READS(BD_PARAM_EXPLOIT) | BD_READS(BD_PARAM_MICROBUFFER) |
-        BD_READS(BD_PARAM_PROJECTION),
+        BD_READS(BD_PARAM_LIGHT_THRESHOLD) | BD_READS(BD_PARAM_FAR_RAYS) |
+        BD_READS(BD_PARAM_SUB_FRAMES) | BD_READS(BD_PARAM_NOISE_FILTER) |
+        BD_READS(BD_PARAM_PAPER_MODE) | BD_READS_CAUSTICS | BD_READS(BD_PARAM_CACHE_CELLS) |
+        BD_READS(BD_PARAM_POINTS) | BD_READS(BD_PARAM_CLUSTERS) | BD_READS(BD_PARAM_EXPLORE) |
+        BD_READS(BD_PARAM_EXPLOIT) | BD_READS(BD_PARAM_MICROBUFFER) | BD_READS(BD_PARAM_PROJECTION),
     .defaults = defaults,
     .default_count = sizeof defaults / sizeof *defaults,
     .tolerance = {.direct = 1e-3, .indirect = 5e-2, .leak = 1e-2},

@@ -55,6 +55,20 @@ def test_importance_is_nearer_to_all_points_than_chance(scene):
     assert off["importance"] < 0.7 * off["uniform"]
 
 
+def test_blocks_are_split_where_light_changes(scene):
+    """Where a box stands on a floor the floor's depth and normal are even, and its light is not."""
+
+    def told(**parameters):
+        frame = scene.render(size=(96, 96), technique="point_projection", layers=["indirect"], fresh="all",
+                             parameters={"points": 65536, "finest": 1, **parameters})
+        return light(frame).astype(float), frame.report["counts"]["fragments"]
+
+    every, pixels = told(depth_threshold=0, normal_threshold=0)
+    (whole, few), (split, more) = told(light_threshold="inf"), told(light_threshold=.1)
+    assert few < more < pixels
+    assert ((split - every) ** 2).mean() < .95 * ((whole - every) ** 2).mean()
+
+
 def test_points_are_taken_over_from_another_view(scene):
     pose = {"layers": ["indirect"], "technique": "point_projection", "parameters": {"points": 8192}}
     scene.render(size=SIDE, fresh="all", **pose)
