@@ -130,31 +130,69 @@ static void light_receiver(const struct gathering *g, const struct bd_point_cut 
         g->part->light[group].spread[lane] += sum_spread(g, &place, blocks, lane, seen);
 }
 
-// What its receivers have in common.
-static struct bd_point_view view_of(const struct gathering *g, uint32_t group)
+// --- a group ------------------------------------------------------------------------------------
+
+// Receivers of a group that lie on one surface, as far as that goes: they look at the same points.
+// A cut for all of a group that has an edge in it is none that fits, and what is near is drawn too
+// rarely.
+#define SURFACES_MOST 8u
+struct surfaces {
+    uint32_t count;
+    struct bd_points_about about[SURFACES_MOST];
+    f3 position[SURFACES_MOST], normal[SURFACES_MOST]; // of the first of each
+    uint32_t of_lane[BD_LANES];                        // SURFACES_MOST: it is not lit
+};
+
+// Cosine between normals, and how far off the plane as a part of the distance.
+#define ALIKE_LEAST    0.9f
+#define OFF_PLANE_MOST 0.1f
+
+static bool lies_on(const struct surfaces *s, uint32_t k, f3 position, f3 normal)
 {
-    const struct bd_receivers *receivers = &g->part->receivers[group];
+    const f3 way = f3_sub(position, s->position[k]);
+    const float off = f_abs(f3_dot(s->normal[k], way));
+    return f3_dot(s->normal[k], normal) > ALIKE_LEAST && off <= OFF_PLANE_MOST * f3_length(way);
+}
+
+// The last takes whatever is left.
+static uint32_t surface_of(struct surfaces *s, f3 position, f3 normal)
+{
+    for (uint32_t k = 0; k < s->count; k++)
+        if (lies_on(s, k, position, normal)) return k;
+    if (s->count == SURFACES_MOST) return SURFACES_MOST - 1;
+    s->position[s->count] = position;
+    s->normal[s->count] = normal;
+    return s->count++;
+}
+
+static void tell_surfaces(const struct gathering *g, uint32_t group, struct surfaces *s)
+{
     const struct bd_ray_starts *starts = &g->part->starts[group];
-    struct bd_points_about about = {0};
-    for (uint32_t lane = 0; lane < BD_LANES; lane++)
-        if (group * BD_LANES + lane < g->part->count && receivers->lit[lane] > 0)
-            bd_points_about_add(&about, f3_at(&starts->position, lane),
-                                f3_at(&starts->normal_geometric, lane));
-    return about.view;
+    *s = (struct surfaces){0};
+    for (uint32_t lane = 0; lane < BD_LANES; lane++) {
+        s->of_lane[lane] = SURFACES_MOST;
+        if (group * BD_LANES + lane >= g->part->count) continue;
+        if (!(g->part->receivers[group].lit[lane] > 0)) continue;
+        const f3 position = f3_at(&starts->position, lane);
+        const f3 normal = f3_at(&starts->normal_geometric, lane);
+        s->of_lane[lane] = surface_of(s, position, normal);
+        bd_points_about_add(&s->about[s->of_lane[lane]], position, normal);
+    }
 }
 
 static void light_group(void *user, uint32_t group)
 {
     const struct gathering *g = user;
     struct bd_projected *seen = malloc(sizeof *seen);
-    BD_ASSERT(seen);
-    const struct bd_point_view view = view_of(g, group);
+    struct surfaces surfaces;
     struct bd_point_cut cut;
-    bd_point_clusters_cut(&g->inputs->points->clusters, g->inputs->clusters,
-                          g->inputs->as_printed ? NULL : &view, &cut);
-    for (uint32_t lane = 0; lane < BD_LANES; lane++) {
-        if (group * BD_LANES + lane >= g->part->count) continue;
-        if (g->part->receivers[group].lit[lane] > 0) light_receiver(g, &cut, group, lane, seen);
+    BD_ASSERT(seen);
+    tell_surfaces(g, group, &surfaces);
+    for (uint32_t k = 0; k < surfaces.count; k++) {
+        bd_point_clusters_cut(&g->inputs->points->clusters, g->inputs->clusters,
+                              g->inputs->as_printed ? NULL : &surfaces.about[k].view, &cut);
+        for (uint32_t lane = 0; lane < BD_LANES; lane++)
+            if (surfaces.of_lane[lane] == k) light_receiver(g, &cut, group, lane, seen);
     }
     free(seen);
 }
