@@ -129,6 +129,49 @@ static void a_furnace_is_white(void **state)
     bd_point_clusters_finish(&clusters);
 }
 
+// A square seen from its edge, a hundredth above it: by what it has of the form factor. Each of its
+// points is far less than a texel, and if each covered one they would be several times too much.
+static void a_surface_seen_from_its_edge_is_thin(void **state)
+{
+    (void)state;
+    struct bd_point_clusters clusters;
+    struct bd_err_detail detail;
+    const f3 from = f3_of(-.6f, 0, .01f);
+    double exact = 0, seen_sum = 0;
+    struct bd_surface_points points = {
+        .count = POINTS, .area = 1.0f / POINTS, .points = calloc(POINTS, sizeof *points.points)};
+    assert_non_null(points.points);
+    for (uint32_t i = 0; i < POINTS; i++) {
+        const f3 at =
+            f3_of(((float)(i % 128) + .5f) / 128 - .5f, ((float)(i / 128) + .5f) / 128 - .5f, 0);
+        const f3 way = f3_sub(at, from);
+        const double r2 = (double)f3_dot(way, way);
+        points.points[i].position = at;
+        points.points[i].normal = f3_of(0, 0, 1);
+        exact += (double)points.area * (double)way.x * -(double)way.z / (r2 * r2);
+    }
+    assert_int_equal(bd_point_clusters_init(&clusters, &points, go_on, NULL, &detail), BD_ERR_OK);
+    for (uint32_t i = 0; i < 16; i++) {
+        const struct bd_projector projector = {.loops = bd_native_loops(),
+                                               .points = &clusters,
+                                               .explore = 2,
+                                               .exploit = 2048,
+                                               .side = SIDE};
+        const struct bd_native_place place = bd_projected_place(from, f3_of(1, 0, 0), i);
+        struct bd_projected *seen = malloc(sizeof *seen);
+        struct bd_point_cut cut;
+        assert_non_null(seen);
+        bd_point_clusters_cut(&clusters, 512, NULL, &cut);
+        bd_project_points(&projector, &cut, &place, i, seen);
+        seen_sum += seen_part(seen) / 16;
+        free(seen);
+    }
+    print_message("    %.5f of the light, exactly %.5f\n", seen_sum, exact / M_PI);
+    assert_true(seen_sum < 1.5 * exact / M_PI && seen_sum > .6 * exact / M_PI);
+    free(points.points);
+    bd_point_clusters_finish(&clusters);
+}
+
 // By what clusters may give, a tenth for all alike; none at all gives all alike.
 static void counts_are_exact_in_the_mean(void **state)
 {
@@ -210,6 +253,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_width_has_the_same_bits),
         cmocka_unit_test(a_furnace_is_white),
+        cmocka_unit_test(a_surface_seen_from_its_edge_is_thin),
         cmocka_unit_test(counts_are_exact_in_the_mean),
         cmocka_unit_test(sums_are_exact_for_any_pattern),
         cmocka_unit_test(the_printed_loop_has_its_own_means),

@@ -91,7 +91,8 @@ static inline void cover(const struct ways *restrict ways, const float *restrict
         const f3 normal = f3_of(ways->normal_x[i], ways->normal_y[i], ways->normal_z[i]);
         const float plane2 =
             distance2_of_plane(ways->facing[i], r2, f3_dot(normal, middle), f3_dot(middle, middle));
-        const bool is_seen = is_point_seen(to.z, ways->facing[i], r2);
+        const bool is_kept = as_printed || is_point_kept(to, texels);
+        const bool is_seen = b_and(is_point_seen(to.z, ways->facing[i], r2), is_kept);
         const uint slot = stirred_slot(first_slot + (uint32_t)i);
         const float far2 = f_select(as_printed, r2, plane2);
         squares->key[i] = u_select(is_seen, key_of_point(far2, slot), NO_POINT);
