@@ -65,16 +65,36 @@ static void look_down(const struct lighting *l, struct bd_ray *rays)
         const struct bd_surface_point *at = &l->points.points[i];
         const f3 from = f3_add(at->position, f3_scale(at->normal, height));
         rays[i] = (struct bd_ray){.origin = {from.x, from.y, from.z},
-                                  .from_triangle = BD_NO_TRIANGLE,
+                                  .from_triangle = at->triangle,
                                   .direction = {-at->normal.x, -at->normal.y, -at->normal.z},
                                   .far = 2 * height};
     }
+}
+
+// What lies under something else by less than this part of where it is seen from is in one place.
+#define ONE_PLACE 0.02f
+
+// Beside its own triangle another one ends, and rounding says whether it is met there.
+#define EDGE 1e-3f
+
+static bool is_met_within(const struct bd_ray_hit *hit)
+{
+    return hit->u > EDGE && hit->v > EDGE && hit->u + hit->v < 1 - EDGE;
+}
+
+// Of two in one place the first is there, whatever rounding says of which is met.
+static bool is_covered(const struct bd_ray_hit *hit, uint32_t own, float height)
+{
+    if (hit->triangle == BD_NO_TRIANGLE || hit->distance > (1 + ONE_PLACE) * height) return false;
+    if (hit->distance < (1 - ONE_PLACE) * height) return true;
+    return hit->triangle < own && is_met_within(hit);
 }
 
 // What lies close under something else, or twice in one place, is no surface: a point is what is
 // seen from close above it.
 static enum bd_err leave_out_covered(struct lighting *l)
 {
+    const float height = COVER_PART * f_sqrt(l->points.area);
     const uint32_t count = l->points.count;
     struct bd_ray *rays = malloc((count + 1) * sizeof *rays);
     struct bd_ray_hit *hits = malloc((count + 1) * sizeof *hits);
@@ -86,7 +106,7 @@ static enum bd_err leave_out_covered(struct lighting *l)
     }
     uint32_t kept = 0;
     for (uint32_t i = 0; !err && i < count; i++)
-        if (hits[i].triangle == l->points.points[i].triangle || hits[i].triangle == BD_NO_TRIANGLE)
+        if (!is_covered(&hits[i], l->points.points[i].triangle, height))
             l->points.points[kept++] = l->points.points[i];
     l->points.count = kept;
     free(rays);
