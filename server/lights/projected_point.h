@@ -94,12 +94,13 @@ KERNEL float texels_of_point_printed(float facing, float r2, float area, float s
 #define SPLAT_OVERLAP 2.0f
 
 // One that is less than a texel covers a whole one, but not always: of a surface that is seen from
-// its edge each point would, and all together many times what it has. Three times as often as it
+// its edge each point would, and all together many times what it has. Four times as often as it
 // would be right leaves no holes in what is seen from its front, whose points are many in a texel.
-#define KEPT_OFTEN 1.5f
-KERNEL bool is_point_kept(f3 to, float texels)
+#define KEPT_OFTEN 2.0f
+KERNEL bool is_point_kept(uint slot, uint chance, float texels)
 {
-    uint stirred = (f_bits(to.x) * 0x9e3779b9u ^ f_bits(to.y)) * 0x85ebca6bu;
+    uint stirred = (slot * 0x9e3779b9u ^ chance) * 0x85ebca6bu;
+    stirred = (stirred ^ stirred >> 13u) * 0xc2b2ae35u;
     return f_of(stirred >> 8u) * 5.9604644775390625e-08f < KEPT_OFTEN * texels;
 }
 

@@ -19,7 +19,7 @@ struct bd_native_place bd_projected_place(f3 position, f3 normal, uint32_t chanc
     const float cosine = (1 - tangent * tangent) * per, sine = 2 * tangent * per;
     const struct bd_basis basis = bd_basis_of(normal);
     const f3 across = f3_add(f3_scale(basis.x, cosine), f3_scale(basis.y, sine));
-    return (struct bd_native_place){position, across, f3_cross(normal, across), normal};
+    return (struct bd_native_place){position, across, f3_cross(normal, across), normal, chance};
 }
 
 // --- points in rows of lanes --------------------------------------------------------------------

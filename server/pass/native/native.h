@@ -162,9 +162,11 @@ struct bd_native_shadow {
     uint32_t count, side_px;
 };
 
-// A place that points are projected to, and the axes of its map, the last of which is its normal.
+// A place that points are projected to, the axes of its map, the last of which is its normal, and a
+// number that others have not.
 struct bd_native_place {
     f3 position, across, along, normal;
+    uint32_t chance;
 };
 
 // Points side by side, a lane each, and the area that each stands for; those behind `count` mean

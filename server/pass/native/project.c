@@ -67,7 +67,8 @@ void WIDE(bd_native_weigh_points)(const struct bd_native_place *place,
 }
 
 static inline void cover(const struct ways *restrict ways, const float *restrict area, float side,
-                         bool as_printed, uint32_t first_slot, struct squares *restrict squares)
+                         bool as_printed, uint32_t first_slot, uint32_t chance,
+                         struct squares *restrict squares)
 {
     const float places_of_texel = 2.0f / side;
     LANES(i)
@@ -91,9 +92,9 @@ static inline void cover(const struct ways *restrict ways, const float *restrict
         const f3 normal = f3_of(ways->normal_x[i], ways->normal_y[i], ways->normal_z[i]);
         const float plane2 =
             distance2_of_plane(ways->facing[i], r2, f3_dot(normal, middle), f3_dot(middle, middle));
-        const bool is_kept = as_printed || is_point_kept(to, texels);
-        const bool is_seen = b_and(is_point_seen(to.z, ways->facing[i], r2), is_kept);
         const uint slot = stirred_slot(first_slot + (uint32_t)i);
+        const bool is_kept = as_printed || is_point_kept(slot, chance, texels);
+        const bool is_seen = b_and(is_point_seen(to.z, ways->facing[i], r2), is_kept);
         const float far2 = f_select(as_printed, r2, plane2);
         squares->key[i] = u_select(is_seen, key_of_point(far2, slot), NO_POINT);
     }
@@ -130,9 +131,9 @@ void WIDE(bd_native_project)(const struct bd_native_place *place,
     struct squares squares;
     look(place, points, &ways);
     if (map->as_printed)
-        cover(&ways, points->area, (float)map->side, true, first_slot, &squares);
+        cover(&ways, points->area, (float)map->side, true, first_slot, place->chance, &squares);
     else
-        cover(&ways, points->area, (float)map->side, false, first_slot, &squares);
+        cover(&ways, points->area, (float)map->side, false, first_slot, place->chance, &squares);
     LANES(i) turns_away[i] = ways.facing[i] >= 0.0f;
     for (size_t i = 0; i < points->count; i++)
         if (squares.key[i] != NO_POINT) keep_square(&squares, i, map->side, map->keys);
