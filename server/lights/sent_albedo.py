@@ -1,13 +1,18 @@
 """The table of lights/sent.h: what a GGX lobe returns of light under an angle to its normal.
 
 usage: sent_albedo.py > sent_albedo.h
+       sent_albedo.py fits: the polynomials of rough_sent_white and rough_sent_grazing (kernel/sent.h)
 
 With a Fresnel term of 1, and with (1 - v.h)^5: means over visible half vectors (Heitz 2018) of the height-correlated shadowing that
 is left, for each roughness k / 8 and each cosine (k / 8)^2.
 """
+import sys
+
 import numpy
 
 STEPS, SAMPLES = 8, 1 << 20
+FIT_SAMPLES, ROUGH = 1 << 16, numpy.linspace(.6, 1, 9)
+COSINES = numpy.concatenate([[.002, .005, .01, .02, .035], numpy.linspace(.05, 1, 24)])
 
 
 def visible_normals(incoming, alpha, numbers):
@@ -42,10 +47,34 @@ def returned(roughness, cosine, numbers):
     return left.mean(), (left * (1 - numpy.clip(met, 0, 1)) ** 5).mean()
 
 
+def lattice(samples):
+    """Of rank 1: as even as any for so smooth an integrand."""
+    index = numpy.arange(samples)
+    return (index + .5) / samples, (index * .6180339887498949) % 1
+
+
+def fit(values, of_roughness, of_root):
+    """Coefficients by powers of the cosine's root, then of roughness: squares weighed again and again, until the largest error is small."""
+    powers = [numpy.outer(ROUGH ** i, numpy.sqrt(COSINES) ** j).ravel() for j in range(of_root + 1) for i in range(of_roughness + 1)]
+    terms, wanted, weight = numpy.array(powers).T, values.ravel(), numpy.ones(values.size)
+    for _ in range(60):
+        root = numpy.sqrt(weight)
+        found = numpy.linalg.lstsq(terms * root[:, None], wanted * root, rcond=None)[0]
+        off = abs(terms @ found - wanted)
+        weight *= numpy.sqrt(off / off.max() + 1e-3)
+        weight /= weight.mean()
+    found = found.round(4)
+    print(found.reshape(of_root + 1, of_roughness + 1), "within", abs(terms @ found - wanted).max().round(5))
+
+
+def print_fits():
+    pairs = numpy.array([[returned(r, c, lattice(FIT_SAMPLES)) for c in COSINES] for r in ROUGH])
+    fit(pairs[..., 0], 1, 3)
+    fit(pairs[..., 1], 2, 4)
+
+
 def main():
-    # A lattice of rank 1: as even as any for so smooth an integrand.
-    index = numpy.arange(SAMPLES)
-    numbers = (index + .5) / SAMPLES, (index * .6180339887498949) % 1
+    numbers = lattice(SAMPLES)
     print("// Made by sent_albedo.py: by roughness k / 8 and cosine (k / 8)^2 what a GGX lobe returns, with a")
     print("// Fresnel term of 1 and with (1 - v.h)^5.")
     print("// clang-format off")
@@ -59,4 +88,7 @@ def main():
 
 
 if __name__ == "__main__":
-    main()
+    if sys.argv[1:] == ["fits"]:
+        print_fits()
+    else:
+        main()

@@ -21,6 +21,7 @@
 #define RAYS_MOST    1024u
 #define RAYS_LEAST   16u
 #define RAYS_AT_ONCE 65536u
+#define LAMPS_PER_PAUSE 256u
 // Numbers that nobody else of a frame draws by its seed.
 #define OF_NEAR_LAMPS 0x6e656172u
 
@@ -55,11 +56,14 @@ static enum bd_err list_lamps(struct landing *l, struct bd_err_detail *detail)
     const struct bd_near_lamps_inputs *in = l->inputs;
     l->lamps = malloc((in->count + 1) * sizeof *l->lamps);
     if (!l->lamps) return no_memory(l, detail);
-    for (uint32_t i = 0; i < in->count; i++)
+    enum bd_err err = BD_ERR_OK;
+    for (uint32_t i = 0; !err && i < in->count; i++) {
         if (is_near(l, &in->punctuals[i])) l->lamps[l->lamp_count++] = i;
+        if (i % LAMPS_PER_PAUSE == 0) err = bd_slicer_pause(l->context->slicer);
+    }
     for (l->rays_each = RAYS_MOST; l->rays_each > RAYS_LEAST; l->rays_each /= 2)
         if (l->rays_each * l->lamp_count <= RAYS_AT_ONCE) break;
-    return BD_ERR_OK;
+    return err;
 }
 
 static enum bd_err make_room(struct landing *l, struct bd_err_detail *detail)
@@ -151,8 +155,11 @@ static enum bd_err light_all(struct landing *l, struct bd_ray_counts *traced,
         send(l, first, count);
         err = bd_nearest_ask(l->context, l->inputs->visibility, l->rays,
                              (size_t)count * l->rays_each, l->hits, traced, detail);
-        for (uint32_t k = 0; !err && k < count; k++) land_all_of(l, first + k, k * l->rays_each);
-        if (!err) err = bd_slicer_pause(l->context->slicer);
+        bd_slicer_work(l->context->slicer, "near lamps");
+        for (uint32_t k = 0; !err && k < count; k++) {
+            land_all_of(l, first + k, k * l->rays_each);
+            err = bd_slicer_pause(l->context->slicer);
+        }
     }
     return err;
 }

@@ -79,8 +79,9 @@ static void sum_texels(const struct gathering *g, const struct bd_native_place *
     *vector = irradiance_vector(*irradiance, in_world(place, directions), normal);
 }
 
-// At angles that are more aslant a texel would show more of a surface than a block is large.
-#define ASLANT_MOST 0.05f
+// Cosine under which a texel shows a surface, at least: flatter it would show more of it than a
+// block is large.
+#define FACING_LEAST 0.05f
 
 // How far off light of what a texel shows may be over a block (kernel/light_spread.h), which takes
 // it for a patch that fills the texel.
@@ -94,8 +95,8 @@ static float spread_of_texel(const struct gathering *g, const struct bd_native_p
     const f3 front =
         in_axes(normal_of_bits(point->normal), place->across, place->along, place->normal);
     const f3 normal = f3_scale(front, seen % 2 ? -1 : 1), way = g->map.way[texel];
-    const float aslant = f_max(-f3_dot(normal, way), ASLANT_MOST);
-    const float area = g->map.solid_angle[texel] * r2 / aslant;
+    const float facing = f_max(-f3_dot(normal, way), FACING_LEAST);
+    const float area = g->map.solid_angle[texel] * r2 / facing;
     const float flux = F_PI * all_channels(light_of_texel(g, seen)) * area;
     return spread_of_vpl(block->radius[lane], block->off_plane[lane], f3_of(0, 0, 1),
                          f3_scale(way, f_sqrt(r2)), r2, normal, area, flux);

@@ -54,7 +54,7 @@ KERNEL f3 sent_from_everywhere(f3 base_color, float metallic, float roughness, f
 }
 
 // The GGX lobe's two parts to who looks under that cosine, of roughnesses from .6 on: fits in the
-// root of the cosine to 65,536 samples, within .011 and .0014 (lights/sent_albedo.py).
+// root of the cosine to 65,536 samples, within .011 and .0014 (lights/sent_albedo.py fits).
 KERNEL float rough_sent_white(float r, float c)
 {
     float s = f_sqrt(c);

@@ -75,14 +75,14 @@ def rows_of(scene, name, options):
         yield row, numpy.concatenate([*pictures, truth], axis=1)
 
 
-def encode(image):
-    return numpy.uint8(255 * numpy.clip(image / (image + image.mean()) * 1.2, 0, 1) ** (1 / 2.2))
+def encode(image, mean):
+    return numpy.uint8(255 * numpy.clip(tones(image, mean) * 1.2, 0, 1) ** (1 / 2.2))
 
 
 def write_sheet(path, strips):
     from PIL import Image
     buffer = io.BytesIO()
-    Image.fromarray(numpy.concatenate([encode(strip) for strip in strips])).save(buffer, "JPEG", quality=88)
+    Image.fromarray(numpy.concatenate([encode(strip, strip.mean()) for strip in strips])).save(buffer, "JPEG", quality=88)
     path.write_bytes(buffer.getvalue())
 
 

@@ -56,7 +56,9 @@ def _of(kind, found):
 
 
 def _giga_points(point):
-    return SPEED_SIZE ** 2 * PROJECTED / passes_ms(point, "project") / 1e6
+    """0 of a frame that projected nothing."""
+    ms = passes_ms(point, "project")
+    return SPEED_SIZE ** 2 * PROJECTED / ms / 1e6 if ms else 0.0
 
 
 def panels(found):
