@@ -275,7 +275,7 @@ static const char *no_rough_lobe(const struct bd_plan *plan, const struct bd_sce
 {
     if (plan->params.lambert) return "brdf=lambert";
     if (leaves_rough(plan)) return "paper_mode=on";
-    return scene->features.has_rough ? "far_rays below 8: rough lobes in the mean"
+    return scene->features.has_rough ? "far_rays below 8: rough lobes as in even light"
                                      : "every surface is smooth or metal";
 }
 

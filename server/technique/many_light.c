@@ -11,10 +11,10 @@
 // Exact when: `vpls`, `rays`, `far_rays`, `walk_vpls`, `cache_cells` and `photons` grow, and
 //         surfaces send light on as diffuse ones do
 // Known:  surfaces send on as much as their whole BRDF reflects, but evenly, so metals rougher than
-//         .25 throw no caustics, as mirrors and glass do; normal maps do not bend those; a cell of the
-//         cache may lie on both sides of a thin wall; light that comes through what few photons
+//         .25 throw no caustics, as mirrors and glass do; normal maps do not bend those; a cell of
+//         the cache may lie on both sides of a thin wall; light that comes through what few photons
 //         find (a slit) is late, and own_estimate says half of it; rough surfaces that a later
-//         sub-frame lights by itself reflect by the mean of their lobe; the cheapest rung flickers
+//         sub-frame lights by itself reflect as in even light; the cheapest rung flickers
 //         while lights move
 
 #include "pass/filter_light.h"

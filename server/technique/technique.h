@@ -172,7 +172,8 @@ typedef enum bd_err bd_light_fragments_fn(const struct bd_pass_context *context,
                                           struct bd_err_detail *detail);
 
 // With fewer far rays lobes of rough dielectrics have none of their own: two rays of those take as
-// long as the far rays themselves, and their noise is as large as what the mean leaves out.
+// long as the far rays themselves, and their noise is as large as what they would bring beyond even
+// light.
 #define BD_FAR_RAYS_FOR_ROUGH 8u
 
 // What must hold for a pass to run: all of its bits.
