@@ -2,8 +2,8 @@
 
 #include <stdlib.h>
 
+#include "kernel/projected_point.h"
 #include "lights/point_halves.h"
-#include "lights/projected_point.h"
 
 // Parts of so few are not divided.
 #define PART_LEAST 4u

@@ -15,10 +15,8 @@
 #ifndef BD_LIGHTS_POINT_CLUSTERS_H
 #define BD_LIGHTS_POINT_CLUSTERS_H
 
-#include "lights/projected_point.h"
 #include "lights/surface_points.h"
-
-#define BD_CLUSTERS_MAX 1024u
+#include "shared/projected_points.h"
 
 struct bd_point_box {
     f3 least, most;
@@ -45,9 +43,6 @@ struct bd_points_about {
 };
 void bd_points_about_add(struct bd_points_about *about, f3 position, f3 normal);
 
-struct bd_point_cluster {
-    uint32_t first, count; // at least one
-};
 struct bd_point_cut {
     uint32_t count;
     struct bd_point_cluster clusters[BD_CLUSTERS_MAX];

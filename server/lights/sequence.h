@@ -13,6 +13,8 @@
 
 #include <stdint.h>
 
+#include "kernel/stirred.h"
+
 // Of all that is chosen by one seed for one purpose.
 struct bd_sequence {
     uint32_t order, across, down; // scrambles
@@ -20,11 +22,7 @@ struct bd_sequence {
 
 static inline uint32_t bd_stirred(uint32_t x)
 {
-    x ^= x >> 16;
-    x *= 0x7feb352du;
-    x ^= x >> 15;
-    x *= 0x846ca68bu;
-    return x ^ x >> 16;
+    return stirred(x);
 }
 
 static inline struct bd_sequence bd_sequence_of(uint32_t seed, uint32_t purpose)

@@ -1,13 +1,7 @@
 #include "pass/point_counts.h"
 
-#include "kernel/math.h"
+#include "kernel/point_draws.h"
 #include "lights/point_clusters.h"
-#include "lights/sequence.h"
-
-// The largest share: sums stay below 2^32.
-#define MOST_SHARE (1u << 21)
-// What all have alike, one part in so many.
-#define ALIKE 10u
 
 _Static_assert((uint64_t)BD_CLUSTERS_MAX *MOST_SHARE < UINT32_MAX, "sums have room");
 
@@ -17,12 +11,12 @@ uint32_t bd_point_shares(const float *importance, uint32_t count, uint32_t *shar
     uint32_t by_importance = 0, sum = 0;
     for (uint32_t k = 0; k < count; k++) most = f_max(most, importance[k]);
     for (uint32_t k = 0; k < count; k++) {
-        shares[k] = most > 0 ? (uint32_t)((float)MOST_SHARE * (importance[k] / most)) : 0;
+        shares[k] = share_of(importance[k], most);
         by_importance += shares[k];
     }
-    const uint32_t alike = by_importance / ALIKE / count + 1;
+    const uint32_t alike = alike_of(by_importance, count);
     for (uint32_t k = 0; k < count; k++) {
-        shares[k] += alike - shares[k] / ALIKE;
+        shares[k] = share_with_alike(shares[k], alike);
         sum += shares[k];
     }
     return sum;
@@ -35,8 +29,7 @@ void bd_point_counts(const uint32_t *shares, uint32_t count, uint32_t sum, uint3
     uint32_t passed = 0, before = 0;
     for (uint32_t k = 0; k < count; k++) {
         passed += shares[k];
-        const float until = f_min((float)passed * step + start, (float)drawn);
-        const uint32_t beyond = k + 1 == count ? drawn : (uint32_t)until;
+        const uint32_t beyond = k + 1 == count ? drawn : drawn_before(passed, step, start, drawn);
         counts[k] = beyond - before;
         before = beyond;
     }
@@ -50,7 +43,7 @@ void bd_point_counts_printed(const float *importance, uint32_t count, uint32_t d
     for (uint32_t k = 0; k < count; k++) {
         const float part = sum > 0 ? importance[k] / sum : 1 / (float)count;
         const float wanted = (float)drawn * part + carry;
-        const float number = (float)(bd_stirred(chance + k * 0x9e3779b9u) >> 8) * 0x1p-24f;
+        const float number = part_of_one(stirred(chance + k * 0x9e3779b9u));
         counts[k] = (uint32_t)f_max(wanted, 0);
         carry = wanted - (float)counts[k];
         if (number >= carry) continue;

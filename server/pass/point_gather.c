@@ -7,6 +7,7 @@
 #include "kernel/all_channels.h"
 #include "kernel/hemi_octahedral.h"
 #include "kernel/light_spread.h"
+#include "kernel/projected_point.h"
 #include "kernel/vpl_light.h"
 #include "lights/microbuffer.h"
 #include "lights/sequence.h"

@@ -3,18 +3,15 @@
 #include <string.h>
 
 #include "base/assert.h"
+#include "kernel/point_draws.h"
+#include "kernel/projected_point.h"
 #include "lights/directions.h"
-#include "lights/projected_point.h"
-#include "lights/sequence.h"
 #include "pass/point_counts.h"
-
-// Numbers that nobody else draws by the same chance.
-#define OF_COUNTS 0x6578706cu
 
 struct bd_native_place bd_projected_place(f3 position, f3 normal, uint32_t chance)
 {
     // A quarter turn looks like none.
-    const float tangent = 0.41421356f * (float)(bd_stirred(chance) >> 8) * 0x1p-24f;
+    const float tangent = 0.41421356f * part_of_one(stirred(chance));
     const float per = 1 / (1 + tangent * tangent);
     const float cosine = (1 - tangent * tangent) * per, sine = 2 * tangent * per;
     const struct bd_basis basis = bd_basis_of(normal);
@@ -24,24 +21,11 @@ struct bd_native_place bd_projected_place(f3 position, f3 normal, uint32_t chanc
 
 // --- points in rows of lanes --------------------------------------------------------------------
 
-// Points of a cluster in even steps.
-struct steps {
-    uint32_t first, last, count;
-    float from, step; // in points behind the first
-    float area;       // that each stands for
-};
-
-// The first is drawn. Where all are taken nothing is left to be drawn, or to be rounded.
-static struct steps steps_of(const struct bd_projector *p, const struct bd_point_cut *cut,
-                             uint32_t cluster, uint32_t chance, uint32_t count)
+static point_steps steps_of(const struct bd_point_cut *cut, uint32_t cluster, uint32_t chance,
+                            uint32_t wanted)
 {
     const struct bd_point_cluster *of = &cut->clusters[cluster];
-    const uint32_t most = count < of->count ? count : of->count;
-    const float step = (float)of->count / (float)most;
-    const float drawn = (float)(bd_stirred(chance ^ of->first * 0x9e3779b9u) >> 8) * 0x1p-24f;
-    return (struct steps){of->first, of->first + of->count - 1,
-                          most,      most == of->count ? 0 : drawn * step,
-                          step,      p->points->area * step};
+    return steps_of_cluster(of->first, of->count, wanted, chance);
 }
 
 typedef void light_row_fn(const struct bd_projector *p, const struct bd_native_place *place,
@@ -50,15 +34,14 @@ typedef void light_row_fn(const struct bd_projector *p, const struct bd_native_p
 // `cluster`: or NO_CLUSTER, and lanes are named by their points.
 #define NO_CLUSTER UINT32_MAX
 static inline void add_points(const struct bd_projector *p, const struct bd_native_place *place,
-                              const struct steps *steps, uint32_t cluster,
+                              const point_steps *steps, float area, uint32_t cluster,
                               light_row_fn *row_is_full, struct bd_projected *seen)
 {
     for (uint32_t i = 0; i < steps->count; i++) {
-        const uint32_t to = steps->first + (uint32_t)(steps->from + (float)i * steps->step);
-        const uint32_t point = to < steps->last ? to : steps->last;
+        const uint32_t point = point_of_step(*steps, i);
         const uint32_t lane = seen->row.count++;
         seen->row.points[lane] = p->points->points[point];
-        seen->row.area[lane] = steps->area;
+        seen->row.area[lane] = area;
         seen->row_names[lane] = cluster == NO_CLUSTER ? point : cluster;
         if (lane == BD_LANES - 1) row_is_full(p, place, seen);
     }
@@ -83,8 +66,8 @@ static void weigh_clusters(const struct bd_projector *p, const struct bd_point_c
 {
     memset(seen->importance, 0, cut->count * sizeof *seen->importance);
     for (uint32_t k = 0; k < cut->count; k++) {
-        const struct steps steps = steps_of(p, cut, k, chance, p->explore);
-        add_points(p, place, &steps, k, weigh_row, seen);
+        const point_steps steps = steps_of(cut, k, chance, p->explore);
+        add_points(p, place, &steps, p->points->area * steps.step, k, weigh_row, seen);
     }
     weigh_row(p, place, seen);
 }
@@ -93,7 +76,7 @@ static void count_points(const struct bd_projector *p, const struct bd_point_cut
                          const struct bd_native_place *place, uint32_t chance,
                          struct bd_projected *seen)
 {
-    const float start = (float)(bd_stirred(chance ^ OF_COUNTS) >> 8) * 0x1p-24f;
+    const uint32_t by = chance_of_counts(chance);
     for (uint32_t k = 0; k < cut->count; k++) {
         seen->importance[k] = 1;
         seen->drawn[k] = cut->clusters[k].count;
@@ -101,12 +84,12 @@ static void count_points(const struct bd_projector *p, const struct bd_point_cut
     if (p->projection == BD_PROJECTION_ALL) return;
     if (p->projection == BD_PROJECTION_IMPORTANCE) weigh_clusters(p, cut, place, chance, seen);
     if (p->as_printed) {
-        bd_point_counts_printed(seen->importance, cut->count, p->exploit, chance ^ OF_COUNTS,
-                                seen->drawn);
+        bd_point_counts_printed(seen->importance, cut->count, p->exploit, by, seen->drawn);
         return;
     }
     const uint32_t sum = bd_point_shares(seen->importance, cut->count, seen->shares);
-    bd_point_counts(seen->shares, cut->count, sum, p->exploit, start, seen->drawn);
+    bd_point_counts(seen->shares, cut->count, sum, p->exploit, part_of_one(stirred(by)),
+                    seen->drawn);
 }
 
 // --- what texels keep ---------------------------------------------------------------------------
@@ -174,8 +157,9 @@ static void project_drawn(const struct bd_projector *p, const struct bd_point_cu
                           struct bd_projected *seen)
 {
     for (uint32_t k = 0; k < cut->count; k++) {
-        const struct steps steps = steps_of(p, cut, k, chance, p->explore + seen->drawn[k]);
-        add_points(p, place, &steps, NO_CLUSTER, project_row, seen);
+        const point_steps steps = steps_of(cut, k, chance, p->explore + seen->drawn[k]);
+        const float area = p->points->area * steps.step;
+        add_points(p, place, &steps, area, NO_CLUSTER, project_row, seen);
     }
 }
 
@@ -189,13 +173,15 @@ static void project_printed(const struct bd_projector *p, const struct bd_point_
     float sum = 0;
     for (uint32_t k = 0; k < cut->count; k++) sum += seen->importance[k];
     for (uint32_t k = 0; k < cut->count; k++) {
-        const struct steps explored = steps_of(p, cut, k, chance, p->explore);
-        add_points(p, place, &explored, NO_CLUSTER, project_row, seen);
+        const point_steps explored = steps_of(cut, k, chance, p->explore);
+        const float each = p->points->area * explored.step;
+        add_points(p, place, &explored, each, NO_CLUSTER, project_row, seen);
         if (seen->drawn[k] == 0) continue;
-        struct steps exploited = steps_of(p, cut, k, ~chance, seen->drawn[k]);
+        const point_steps exploited = steps_of(cut, k, ~chance, seen->drawn[k]);
         const float wanted = sum > 0 ? (float)p->exploit * seen->importance[k] / sum : 0;
-        if (wanted > 0) exploited.area = p->points->area * (float)cut->clusters[k].count / wanted;
-        add_points(p, place, &exploited, NO_CLUSTER, project_row, seen);
+        const float parts = (float)cut->clusters[k].count / wanted;
+        const float area = p->points->area * (wanted > 0 ? parts : exploited.step);
+        add_points(p, place, &exploited, area, NO_CLUSTER, project_row, seen);
     }
 }
 

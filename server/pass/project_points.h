@@ -1,5 +1,5 @@
 // What a place sees over its plane: points of all surfaces in a small map
-// (lights/projected_point.h), drawn where they may give much (Maletz, Wang, Bowers 2011;
+// (kernel/projected_point.h), drawn where they may give much (Maletz, Wang, Bowers 2011;
 // algorithms.md A4).
 //
 // A few of each cluster say what it may give (explore), and by that it has its share of the others

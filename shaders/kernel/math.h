@@ -36,6 +36,7 @@
 #define f_of_bits            uintBitsToFloat
 #define u_of                 uint
 #define f_of                 float
+#define f_floor              floor
 
 #else
 
@@ -87,6 +88,11 @@ KERNEL float f_of(uint a)
 KERNEL uint u_of(float a)
 {
     return (uint)a;
+}
+// From 0 to 2^31.
+KERNEL float f_floor(float a)
+{
+    return (float)(int32_t)a;
 }
 KERNEL uint f_bits(float a)
 {

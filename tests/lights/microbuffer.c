@@ -1,12 +1,12 @@
 // What texels of a map of the hemisphere are worth (lights/microbuffer.h), against sums over fine
-// grids within each; and what a point covers of them (lights/projected_point.h).
+// grids within each; and what a point covers of them (kernel/projected_point.h).
 
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "kernel/projected_point.h"
 #include "lights/microbuffer.h"
-#include "lights/projected_point.h"
 #include "tests/unit/cmocka_all.h"
 
 static void make(struct bd_microbuffer *map, uint32_t side)

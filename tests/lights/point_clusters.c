@@ -6,8 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "kernel/projected_point.h"
 #include "lights/point_clusters.h"
-#include "lights/projected_point.h"
 #include "lights/sequence.h"
 #include "tests/unit/cmocka_all.h"
 

@@ -5,8 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "kernel/projected_point.h"
 #include "lights/microbuffer.h"
-#include "lights/projected_point.h"
 #include "lights/sequence.h"
 #include "pass/point_counts.h"
 #include "pass/project_points.h"

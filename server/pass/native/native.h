@@ -12,10 +12,10 @@
 #include <stdint.h>
 
 #include "kernel/math.h"
-#include "lights/projected_point.h"
 #include "shared/gather_tree.h"
 #include "shared/imperfect_shadows.h"
 #include "shared/light.h"
+#include "shared/projected_points.h"
 #include "shared/rays.h"
 #include "shared/receivers.h"
 #include "shared/screen.h"
@@ -240,7 +240,7 @@ struct bd_native_loops {
                      const struct bd_screen_surfaces *surfaces, struct bd_screen_light *light);
     // Keeps in each texel of a map the least key of the disks that it meets.
     void (*shadow)(const struct bd_native_shadow *shadow, uint32_t *map);
-    // What a place may get of points (lights/projected_point.h).
+    // What a place may get of points (kernel/projected_point.h).
     void (*weigh_points)(const struct bd_native_place *place, const struct bd_native_points *points,
                          bool as_printed, float importance[BD_LANES]);
     // Keeps in each texel of a map the least key of points, whose slots go on from `first_slot`;

@@ -2,7 +2,7 @@
 
 #include "pass/native/loops.h"
 
-#include "lights/projected_point.h"
+#include "kernel/projected_point.h"
 #include "pass/native/lanes.h"
 
 // Of a point: the way to it in the map's axes, and its normal times that.
@@ -70,33 +70,18 @@ static inline void cover(const struct ways *restrict ways, const float *restrict
                          bool as_printed, uint32_t first_slot, uint32_t chance,
                          struct squares *restrict squares)
 {
-    const float places_of_texel = 2.0f / side;
     LANES(i)
     {
         const f3 to = f3_of(ways->x[i], ways->y[i], ways->z[i]);
-        const float r2 = f_max(f3_dot(to, to), NEAREST_R2);
-        const float per_sum = 1.0f / f_max(f_abs(to.x) + f_abs(to.y) + f_abs(to.z), 1e-18f);
-        const float u = f_min(texel_of_place((to.x + to.y) * per_sum, side), side);
-        const float v = f_min(texel_of_place((to.x - to.y) * per_sum, side), side);
-        const float facing = f_abs(ways->facing[i]);
-        const float texels =
-            f_select(as_printed, texels_of_point_printed(facing, r2, area[i], side),
-                     SPLAT_OVERLAP * texels_of_point(facing, r2, per_sum, area[i], side));
-        const float half = 0.5f * f_max(f_sqrt(texels), 1.0f);
-        squares->first_u[i] = (int32_t)f_min(f_max(u - half + 0.5f, 0.0f), side - 1.0f);
-        squares->first_v[i] = (int32_t)f_min(f_max(v - half + 0.5f, 0.0f), side - 1.0f);
-        squares->end_u[i] = (int32_t)f_min(u + half + 0.5f, side);
-        squares->end_v[i] = (int32_t)f_min(v + half + 0.5f, side);
-        const f3 middle = way_of_place(((float)(int32_t)u + 0.5f) * places_of_texel - 1.0f,
-                                       ((float)(int32_t)v + 0.5f) * places_of_texel - 1.0f);
         const f3 normal = f3_of(ways->normal_x[i], ways->normal_y[i], ways->normal_z[i]);
-        const float plane2 =
-            distance2_of_plane(ways->facing[i], r2, f3_dot(normal, middle), f3_dot(middle, middle));
         const uint slot = stirred_slot(first_slot + (uint32_t)i);
-        const bool is_kept = as_printed || is_point_kept(slot, chance, texels);
-        const bool is_seen = b_and(is_point_seen(to.z, ways->facing[i], r2), is_kept);
-        const float far2 = f_select(as_printed, r2, plane2);
-        squares->key[i] = u_select(is_seen, key_of_point(far2, slot), NO_POINT);
+        const point_square square =
+            square_of_point(to, normal, ways->facing[i], area[i], side, as_printed, slot, chance);
+        squares->first_u[i] = (int32_t)square.first_u;
+        squares->first_v[i] = (int32_t)square.first_v;
+        squares->end_u[i] = (int32_t)square.end_u;
+        squares->end_v[i] = (int32_t)square.end_v;
+        squares->key[i] = square.key;
     }
 }
 

@@ -1,23 +1,11 @@
 // Points of surfaces in a small map of what a place sees over its plane (Maletz, Wang, Bowers 2011;
 // algorithms.md A4). A point stands for a disk, and covers a square of as many texels as that has
 // of solid angle, one at least; a texel keeps the nearest.
-//
-// Values alone, no memory: loops over lanes are packed (pass/native). Thread: any.
-
-#ifndef BD_LIGHTS_PROJECTED_POINT_H
-#define BD_LIGHTS_PROJECTED_POINT_H
+#ifndef BD_KERNEL_PROJECTED_POINT_H
+#define BD_KERNEL_PROJECTED_POINT_H
 
 #include "kernel/hemi_octahedral.h"
-
-// Of a map: slots of points, and texels along a side.
-#define BD_PROJECTED_MOST       4096u
-#define BD_MICROBUFFER_SIDE_MIN 16u
-#define BD_MICROBUFFER_SIDE_MAX 64u
-
-struct bd_projected_point {
-    float x, y, z;   // render space
-    uint32_t normal; // as bits_of_normal has it
-};
+#include "kernel/stirred.h"
 
 // --- a point's normal ---------------------------------------------------------------------------
 
@@ -99,9 +87,9 @@ KERNEL float texels_of_point_printed(float facing, float r2, float area, float s
 #define KEPT_OFTEN 2.0f
 KERNEL bool is_point_kept(uint slot, uint chance, float texels)
 {
-    uint stirred = (slot * 0x9e3779b9u ^ chance) * 0x85ebca6bu;
-    stirred = (stirred ^ stirred >> 13u) * 0xc2b2ae35u;
-    return f_of(stirred >> 8u) * 5.9604644775390625e-08f < KEPT_OFTEN * texels;
+    uint drawn = (slot * 0x9e3779b9u ^ chance) * 0x85ebca6bu;
+    drawn = (drawn ^ drawn >> 13u) * 0xc2b2ae35u;
+    return part_of_one(drawn) < KEPT_OFTEN * texels;
 }
 
 // --- what a texel keeps -------------------------------------------------------------------------
@@ -131,10 +119,51 @@ KERNEL uint stirred_slot(uint slot)
     return slot * 2745u & SLOT_MASK;
 }
 
+KERNEL uint slot_of_stirred(uint slot)
+{
+    return slot * 2953u & SLOT_MASK;
+}
+
 KERNEL uint key_of_point(float r2, uint slot)
 {
     uint bits = f_bits(f_min(f_max(r2, NEAREST_R2), FARTHEST_R2)) - NEAREST_BITS;
     return (bits >> 9u) << SLOT_BITS | slot;
+}
+
+// Texels from the first to before the end, whole numbers, and the key that each may keep: NO_POINT
+// of who covers none.
+STRUCT(point_square)
+{
+    float first_u, first_v, end_u, end_v;
+    uint key;
+};
+
+// `to` the way to the point and `normal` that of its disk, in the map's axes; `facing` their
+// product.
+KERNEL point_square square_of_point(f3 to, f3 normal, float facing, float area, float side,
+                                    bool as_printed, uint slot, uint chance)
+{
+    float r2 = f_max(f3_dot(to, to), NEAREST_R2), faces = f_abs(facing);
+    float per_sum = 1.0f / f_max(f_abs(to.x) + f_abs(to.y) + f_abs(to.z), 1e-18f);
+    float u = f_min(texel_of_place((to.x + to.y) * per_sum, side), side);
+    float v = f_min(texel_of_place((to.x - to.y) * per_sum, side), side);
+    float texels = f_select(as_printed, texels_of_point_printed(faces, r2, area, side),
+                            SPLAT_OVERLAP * texels_of_point(faces, r2, per_sum, area, side));
+    float half_side = 0.5f * f_max(f_sqrt(texels), 1.0f);
+    point_square square;
+    square.first_u = f_floor(f_min(f_max(u - half_side + 0.5f, 0.0f), side - 1.0f));
+    square.first_v = f_floor(f_min(f_max(v - half_side + 0.5f, 0.0f), side - 1.0f));
+    square.end_u = f_floor(f_min(u + half_side + 0.5f, side));
+    square.end_v = f_floor(f_min(v + half_side + 0.5f, side));
+    float places_of_texel = 2.0f / side;
+    f3 middle = way_of_place((f_floor(u) + 0.5f) * places_of_texel - 1.0f,
+                             (f_floor(v) + 0.5f) * places_of_texel - 1.0f);
+    float plane2 = distance2_of_plane(facing, r2, f3_dot(normal, middle), f3_dot(middle, middle));
+    bool is_kept = b_or(as_printed, is_point_kept(slot, chance, texels));
+    bool covers = b_and(is_point_seen(to.z, facing, r2), is_kept);
+    float far2 = f_select(as_printed, r2, plane2);
+    square.key = u_select(covers, key_of_point(far2, slot), NO_POINT);
+    return square;
 }
 
 #endif
