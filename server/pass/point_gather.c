@@ -13,6 +13,8 @@
 #include "lights/sequence.h"
 #include "pass/f3_arrays.h"
 #include "pass/kernels.h"
+#include "pass/point_gather_device.h"
+#include "pass/point_surfaces.h"
 #include "pass/receivers.h"
 
 // Of the slicer, one for each evaluation of a VPL.
@@ -27,6 +29,7 @@ struct gathering {
     struct bd_microbuffer map;
     float white; // as printed
     bool spread;
+    struct bd_point_gather_device *device; // or NULL
     const struct bd_receiver_part *part;
 };
 
@@ -80,27 +83,19 @@ static void sum_texels(const struct gathering *g, const struct bd_native_place *
     *vector = irradiance_vector(*irradiance, in_world(place, directions), normal);
 }
 
-// Cosine under which a texel shows a surface, at least: flatter it would show more of it than a
-// block is large.
-#define FACING_LEAST 0.05f
-
-// How far off light of what a texel shows may be over a block (kernel/light_spread.h), which takes
-// it for a patch that fills the texel.
-static float spread_of_texel(const struct gathering *g, const struct bd_native_place *place,
-                             const struct bd_receivers *block, uint32_t lane, uint32_t texel,
-                             uint32_t seen)
+// How far off light of what a texel shows may be over a block.
+static float spread_of(const struct gathering *g, const struct bd_native_place *place,
+                       const struct bd_receivers *block, uint32_t lane, uint32_t texel,
+                       uint32_t seen)
 {
     const struct bd_projected_point *point = &g->projector.points->points[seen / 2];
     const f3 from = f3_sub(f3_of(point->x, point->y, point->z), place->position);
     const float r2 = f_max(f3_dot(from, from), NEAREST_R2);
     const f3 front =
         in_axes(normal_of_bits(point->normal), place->across, place->along, place->normal);
-    const f3 normal = f3_scale(front, seen % 2 ? -1 : 1), way = g->map.way[texel];
-    const float facing = f_max(-f3_dot(normal, way), FACING_LEAST);
-    const float area = g->map.solid_angle[texel] * r2 / facing;
-    const float flux = F_PI * all_channels(light_of_texel(g, seen)) * area;
-    return spread_of_vpl(block->radius[lane], block->off_plane[lane], f3_of(0, 0, 1),
-                         f3_scale(way, f_sqrt(r2)), r2, normal, area, flux);
+    return spread_of_texel(block->radius[lane], block->off_plane[lane], g->map.way[texel],
+                           g->map.solid_angle[texel], r2, f3_scale(front, seen % 2 ? -1 : 1),
+                           all_channels(light_of_texel(g, seen)));
 }
 
 static float sum_spread(const struct gathering *g, const struct bd_native_place *place,
@@ -110,8 +105,16 @@ static float sum_spread(const struct gathering *g, const struct bd_native_place 
     float sum = 0;
     for (uint32_t t = 0; t < g->map.side * g->map.side; t++)
         if (seen->point[t] != BD_SEES_NOTHING)
-            sum += spread_of_texel(g, place, block, lane, t, seen->point[t]);
+            sum += spread_of(g, place, block, lane, t, seen->point[t]);
     return sum;
+}
+
+struct bd_native_place bd_point_gather_place(const struct bd_point_gather_inputs *inputs,
+                                             const struct bd_ray_starts *starts, uint32_t lane)
+{
+    const uint32_t chance = bd_stirred(f_bits(starts->place[lane])) ^ (uint32_t)inputs->seed;
+    return bd_projected_place(f3_at(&starts->position, lane),
+                              f3_at(&starts->normal_geometric, lane), chance);
 }
 
 static void light_receiver(const struct gathering *g, const struct bd_point_cut *cut,
@@ -119,11 +122,9 @@ static void light_receiver(const struct gathering *g, const struct bd_point_cut 
 {
     const struct bd_ray_starts *starts = &g->part->starts[group];
     const f3 normal = f3_at(&g->part->receivers[group].normal, lane);
-    const uint32_t chance = bd_stirred(f_bits(starts->place[lane])) ^ (uint32_t)g->inputs->seed;
-    const struct bd_native_place place = bd_projected_place(
-        f3_at(&starts->position, lane), f3_at(&starts->normal_geometric, lane), chance);
+    const struct bd_native_place place = bd_point_gather_place(g->inputs, starts, lane);
     f3 irradiance, vector;
-    bd_project_points(&g->projector, cut, &place, chance, seen);
+    bd_project_points(&g->projector, cut, &place, place.chance, seen);
     sum_texels(g, &place, normal, seen, &irradiance, &vector);
     f3_add_at(&g->part->light[group].irradiance, lane, irradiance);
     f3_add_at(&g->part->light[group].vector, lane, vector);
@@ -134,62 +135,14 @@ static void light_receiver(const struct gathering *g, const struct bd_point_cut 
 
 // --- a group ------------------------------------------------------------------------------------
 
-// Receivers of a group that lie on one surface, as far as that goes: they look at the same points.
-// A cut for all of a group that has an edge in it is none that fits, and what is near is drawn too
-// rarely.
-#define SURFACES_MOST 8u
-struct surfaces {
-    uint32_t count;
-    struct bd_points_about about[SURFACES_MOST];
-    f3 position[SURFACES_MOST], normal[SURFACES_MOST]; // of the first of each
-    uint32_t of_lane[BD_LANES];                        // SURFACES_MOST: it is not lit
-};
-
-// Cosine between normals, and how far off the plane as a part of the distance.
-#define ALIKE_LEAST    0.9f
-#define OFF_PLANE_MOST 0.1f
-
-static bool lies_on(const struct surfaces *s, uint32_t k, f3 position, f3 normal)
-{
-    const f3 way = f3_sub(position, s->position[k]);
-    const float off = f_abs(f3_dot(s->normal[k], way));
-    return f3_dot(s->normal[k], normal) > ALIKE_LEAST && off <= OFF_PLANE_MOST * f3_length(way);
-}
-
-// The last takes whatever is left.
-static uint32_t surface_of(struct surfaces *s, f3 position, f3 normal)
-{
-    for (uint32_t k = 0; k < s->count; k++)
-        if (lies_on(s, k, position, normal)) return k;
-    if (s->count == SURFACES_MOST) return SURFACES_MOST - 1;
-    s->position[s->count] = position;
-    s->normal[s->count] = normal;
-    return s->count++;
-}
-
-static void tell_surfaces(const struct gathering *g, uint32_t group, struct surfaces *s)
-{
-    const struct bd_ray_starts *starts = &g->part->starts[group];
-    *s = (struct surfaces){0};
-    for (uint32_t lane = 0; lane < BD_LANES; lane++) {
-        s->of_lane[lane] = SURFACES_MOST;
-        if (group * BD_LANES + lane >= g->part->count) continue;
-        if (!(g->part->receivers[group].lit[lane] > 0)) continue;
-        const f3 position = f3_at(&starts->position, lane);
-        const f3 normal = f3_at(&starts->normal_geometric, lane);
-        s->of_lane[lane] = surface_of(s, position, normal);
-        bd_points_about_add(&s->about[s->of_lane[lane]], position, normal);
-    }
-}
-
 static void light_group(void *user, uint32_t group)
 {
     const struct gathering *g = user;
     struct bd_projected *seen = malloc(sizeof *seen);
-    struct surfaces surfaces;
+    struct bd_point_surfaces surfaces;
     struct bd_point_cut cut;
     BD_ASSERT(seen);
-    tell_surfaces(g, group, &surfaces);
+    bd_point_surfaces_of(g->part, group, &surfaces);
     for (uint32_t k = 0; k < surfaces.count; k++) {
         bd_point_clusters_cut(&g->inputs->points->clusters, g->inputs->clusters,
                               g->inputs->as_printed ? NULL : &surfaces.about[k].view, &cut);
@@ -199,22 +152,30 @@ static void light_group(void *user, uint32_t group)
     free(seen);
 }
 
-static double units_of(const struct gathering *g)
+double bd_point_gather_units(const struct bd_point_gather_inputs *inputs)
 {
-    const struct bd_projector *p = &g->projector;
-    const double points = p->projection == BD_PROJECTION_ALL
-                              ? p->points->count
-                              : p->exploit + 2.0 * p->explore * g->inputs->clusters;
-    return UNITS_PER_POINT * points + UNITS_PER_TEXEL * p->side * p->side;
+    const double points = inputs->projection == BD_PROJECTION_ALL
+                              ? inputs->points->clusters.count
+                              : inputs->exploit + 2.0 * inputs->explore * inputs->clusters;
+    return UNITS_PER_POINT * points + UNITS_PER_TEXEL * inputs->side * inputs->side;
 }
 
 static enum bd_err light_part(void *user, const struct bd_receiver_part *part)
 {
     struct gathering *g = user;
     g->part = part;
+    if (g->device) return bd_point_gather_device_light(g->device, part);
     bd_slicer_work(g->context.slicer, "project");
-    return bd_receivers_each(&g->context, part->group_count, units_of(g) * BD_LANES, light_group,
-                             g);
+    return bd_receivers_each(&g->context, part->group_count,
+                             bd_point_gather_units(g->inputs) * BD_LANES, light_group, g);
+}
+
+// What is printed is compared, and the processor's.
+static enum bd_err begin_device(struct gathering *g, const struct bd_pass_context *context,
+                                struct bd_err_detail *detail)
+{
+    if (context->processor || g->inputs->as_printed) return BD_ERR_OK;
+    return bd_point_gather_device_begin(context, g->inputs, &g->map, g->spread, &g->device, detail);
 }
 
 static enum bd_err run(const struct bd_pass_context *context,
@@ -243,7 +204,9 @@ static enum bd_err run(const struct bd_pass_context *context,
     receivers->user = &g;
     enum bd_err err = inputs->as_printed ? bd_microbuffer_init_even(&g.map, inputs->side, detail)
                                          : bd_microbuffer_init(&g.map, inputs->side, detail);
+    if (!err) err = begin_device(&g, context, detail);
     if (!err) err = bd_receivers_run(&g.context, receivers, detail);
+    bd_point_gather_device_end(&g.device);
     bd_microbuffer_finish(&g.map);
     return err;
 }

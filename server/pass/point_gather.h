@@ -30,6 +30,12 @@ struct bd_point_gather_inputs {
     uint64_t seed;
 };
 
+// Where a receiver's map lies, and what chance has for it. Private to pass/.
+struct bd_native_place bd_point_gather_place(const struct bd_point_gather_inputs *inputs,
+                                             const struct bd_ray_starts *starts, uint32_t lane);
+// Of the slicer, that a receiver takes. Private to pass/.
+double bd_point_gather_units(const struct bd_point_gather_inputs *inputs);
+
 // Of fragments, in a pass "project": into `gather->into`, or into a light that is made.
 BD_MUST_CHECK
 enum bd_err bd_point_gather_of_fragments(const struct bd_pass_context *context,

@@ -35,4 +35,19 @@ KERNEL float spread_of_vpl(float radius, float off_plane, f3 n, f3 to_vpl, float
     return flux * (part - SPREAD_IGNORED) / (F_PI * r2 + area);
 }
 
+// Cosine under which a texel of a map shows a surface, at least: flatter it would show more of it
+// than a block is large.
+#define FACING_LEAST 0.05f
+
+// Of what a texel of a map of the hemisphere shows (kernel/hemi_octahedral.h), which is taken for a
+// patch that fills it: `way` through its middle, the patch's normal and `r2`, how far off it is, in
+// the map's axes; `light` what it sends, all channels together.
+KERNEL float spread_of_texel(float radius, float off_plane, f3 way, float solid_angle, float r2,
+                             f3 normal, float light)
+{
+    float area = solid_angle * r2 / f_max(-f3_dot(normal, way), FACING_LEAST);
+    return spread_of_vpl(radius, off_plane, f3_of(0.0f, 0.0f, 1.0f), f3_scale(way, f_sqrt(r2)), r2,
+                         normal, area, F_PI * light * area);
+}
+
 #endif

@@ -112,6 +112,14 @@
 #define BD_STORAGE_SHADOW_CENTRES 1
 #define BD_STORAGE_SHADOW_TEXELS  2
 
+// Storage blocks of point_gather.
+#define BD_STORAGE_POINTS         0
+#define BD_STORAGE_POINT_RADIANCE 1
+#define BD_STORAGE_POINT_TEXELS   2
+#define BD_STORAGE_POINT_CLUSTERS 3
+#define BD_STORAGE_POINT_ASKERS   4
+#define BD_STORAGE_POINT_LIGHT    5
+
 // Storage blocks of receivers, beside BD_STORAGE_FRAGMENTS.
 #define BD_STORAGE_RECEIVERS        3
 #define BD_STORAGE_RECEIVER_LIGHT   4

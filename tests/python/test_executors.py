@@ -200,3 +200,19 @@ def test_no_width_changes_a_byte(scene, asked, monkeypatch):
     with bounced.private() as client:
         narrow = client.scenes.add(SCENES / "cornell.glb").render(size=SIZE, **asked).rgba
     assert (here == narrow).all()
+
+
+POINTS = {"points": 16384, "clusters": 64, "cache_cells": 512, "exploit": 256, "microbuffer": 16}
+
+
+@pytest.mark.parametrize("asked", [{}, {"exploit": 5000, "microbuffer": 18}, {"projection": "uniform", "brdf": "lambert"}, {"projection": "all"}],
+                         ids=["few", "more than slots", "uniform", "all"])
+def test_points(scene, asked):
+    """The same points are drawn, but where a share is rounded to the other side: of what another seed changes next to nothing."""
+    def light(executor, seed):
+        return scene.render(size=(48, 36), technique="point_projection", layers=["indirect"], seed=seed,
+                            parameters={"executor": executor, **POINTS, **asked}).layers["indirect"].astype(float)
+    device, native, other = light("device", 1), light("native", 1), light("native", 2)
+    assert device.mean() > 0 and not (device == native).all()
+    assert numpy.sqrt(((native - device) ** 2).mean()) < 0.02 * numpy.sqrt(((native - other) ** 2).mean())
+    assert (light("device", 1) == device).all()

@@ -1,0 +1,25 @@
+// Receivers of a group that lie on one surface, as far as that goes: they look at the same points.
+// A cut for all of a group that has an edge in it is none that fits, and what is near is drawn too
+// rarely.
+//
+// Private to pass/. Thread: any.
+
+#ifndef BD_PASS_POINT_SURFACES_H
+#define BD_PASS_POINT_SURFACES_H
+
+#include "lights/point_clusters.h"
+#include "pass/receivers.h"
+
+#define BD_POINT_SURFACES_MAX 8u
+
+struct bd_point_surfaces {
+    uint32_t count;
+    struct bd_points_about about[BD_POINT_SURFACES_MAX];
+    f3 position[BD_POINT_SURFACES_MAX], normal[BD_POINT_SURFACES_MAX]; // of the first of each
+    uint32_t of_lane[BD_LANES]; // BD_POINT_SURFACES_MAX: it is not lit
+};
+
+void bd_point_surfaces_of(const struct bd_receiver_part *part, uint32_t group,
+                          struct bd_point_surfaces *out);
+
+#endif
