@@ -10,14 +10,6 @@ struct gather {
     struct bd_multires_light *out;
 };
 
-static void bind_outputs(const void *user, struct bd_bindings *bindings)
-{
-    const struct bd_multires_light *out = user;
-    bd_multires_light_bind(out, bindings);
-    bd_bind_image(bindings, 4, out->fine_noise, false, true);
-    bd_bind_image(bindings, 5, out->coarse_noise, false, true);
-}
-
 static enum bd_err run(struct gather *g, struct bd_err_detail *detail)
 {
     const struct bd_gather_fragments_inputs *gather = g->inputs->gather;
@@ -30,7 +22,7 @@ static enum bd_err run(struct gather *g, struct bd_err_detail *detail)
         .spread = gather->spread,
         .visibility = gather->visibility,
     };
-    struct bd_chosen_use use = {"gather", NULL, bind_outputs, g->out};
+    struct bd_chosen_use use = {"gather", NULL, bd_multires_light_bind, g->out};
     struct bd_defines defines = {0};
     bd_askers_define(&choose.askers, &defines);
     if (gather->spread) bd_define(&defines, "BD_SPREAD", 1);
@@ -54,7 +46,7 @@ static enum bd_err run_native(struct gather *g, struct bd_err_detail *detail)
                 .spread = gather->spread,
                 .noise = g->out->fine_noise != NULL,
                 .seed = g->inputs->seed,
-                .bind = bind_outputs,
+                .bind = bd_multires_light_bind,
                 .out = g->out,
             },
         .list = g->inputs->list,

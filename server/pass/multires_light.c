@@ -70,6 +70,8 @@ void bd_multires_light_bind(const void *light, struct bd_bindings *bindings)
     bd_bind_image(bindings, 1, out->coarse, false, true);
     bd_bind_image(bindings, 2, out->fine_vector, false, true);
     bd_bind_image(bindings, 3, out->coarse_vector, false, true);
+    bd_bind_image(bindings, 4, out->fine_noise, false, true);
+    bd_bind_image(bindings, 5, out->coarse_noise, false, true);
 }
 
 void bd_multires_light_destroy(struct bd_gpu *gpu, struct bd_multires_light **light)
