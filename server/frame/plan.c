@@ -578,7 +578,7 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
     out->chosen = out->final_gather || (asked && out->params.rays < count_vpls(out, scene) &&
                                         out->params.rays <= BD_RAYS_CHOSEN_MAX);
     const bool is_noisy = (out->chosen && out->params.rays > 1) ||
-                          ((out->photons || out->points) && (out->glossy || out->rough));
+                          (out->photons && (out->glossy || out->rough)) || out->points;
     out->filtered = is_noisy && out->params.noise_filter;
     const bool may_share =
         out->indirect && bd_technique_shares(out->technique, &out->params, out->glossy);

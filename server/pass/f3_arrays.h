@@ -34,6 +34,11 @@ static inline f3 f3_from(const struct bd_vec4 *v)
     return f3_of(v->x, v->y, v->z);
 }
 
+static inline f3 f3_loaded(const float from[3])
+{
+    return f3_of(from[0], from[1], from[2]);
+}
+
 static inline void f3_store(float to[3], f3 v)
 {
     to[0] = v.x;

@@ -67,20 +67,32 @@ static f3 in_world(const struct bd_native_place *place, f3 way)
                   f3_add(f3_scale(place->along, way.y), f3_scale(place->normal, way.z)));
 }
 
-// What comes through texels, under a normal that may lean.
-static void sum_texels(const struct gathering *g, const struct bd_native_place *place, f3 normal,
-                       const struct bd_projected *seen, f3 *irradiance, f3 *vector)
+struct texel_sums {
+    f3 irradiance, vector, noise;
+};
+
+// What comes through texels, under a normal that may lean; and how noisy that is. Squares of four
+// are the halves of a chequerboard, and differ by what lies within a square where it might lie
+// within the next one: as much, in the mean, as by another map that is turned by chance.
+static struct texel_sums sum_texels(const struct gathering *g, const struct bd_native_place *place,
+                                    f3 normal, const struct bd_projected *seen)
 {
+    const uint32_t side = g->map.side;
     const f3 own = in_axes(normal, place->across, place->along, place->normal);
-    f3 directions = f3_of(0, 0, 0);
-    *irradiance = f3_of(0, 0, 0);
-    for (uint32_t t = 0; t < g->map.side * g->map.side; t++) {
+    f3 directions = f3_of(0, 0, 0), halves[2] = {f3_of(0, 0, 0), f3_of(0, 0, 0)};
+    for (uint32_t t = 0; t < side * side; t++) {
         if (seen->point[t] == BD_SEES_NOTHING) continue;
         const f3 light = light_of_texel(g, seen->point[t]), weight = g->map.weight[t];
-        *irradiance = f3_add(*irradiance, f3_scale(light, f_max(f3_dot(weight, own), 0)));
+        const uint32_t half = half_of_texel(t % side, t / side);
+        halves[half] = f3_add(halves[half], f3_scale(light, f_max(f3_dot(weight, own), 0)));
         directions = f3_add(directions, f3_scale(weight, all_channels(light)));
     }
-    *vector = irradiance_vector(*irradiance, in_world(place, directions), normal);
+    const f3 irradiance = f3_add(halves[0], halves[1]);
+    return (struct texel_sums){
+        .irradiance = irradiance,
+        .vector = irradiance_vector(irradiance, in_world(place, directions), normal),
+        .noise = f3_sub(halves[0], halves[1]),
+    };
 }
 
 // How far off light of what a texel shows may be over a block.
@@ -123,11 +135,11 @@ static void light_receiver(const struct gathering *g, const struct bd_point_cut 
     const struct bd_ray_starts *starts = &g->part->starts[group];
     const f3 normal = f3_at(&g->part->receivers[group].normal, lane);
     const struct bd_native_place place = bd_point_gather_place(g->inputs, starts, lane);
-    f3 irradiance, vector;
     bd_project_points(&g->projector, cut, &place, place.chance, seen);
-    sum_texels(g, &place, normal, seen, &irradiance, &vector);
-    f3_add_at(&g->part->light[group].irradiance, lane, irradiance);
-    f3_add_at(&g->part->light[group].vector, lane, vector);
+    const struct texel_sums sums = sum_texels(g, &place, normal, seen);
+    f3_add_at(&g->part->light[group].irradiance, lane, sums.irradiance);
+    f3_add_at(&g->part->light[group].vector, lane, sums.vector);
+    f3_add_at(&g->part->light[group].noise, lane, sums.noise);
     const struct bd_receivers *blocks = &g->part->receivers[group];
     if (g->spread && blocks->radius[lane] > 0)
         g->part->light[group].spread[lane] += sum_spread(g, &place, blocks, lane, seen);
@@ -222,10 +234,16 @@ enum bd_err bd_point_gather_of_fragments(const struct bd_pass_context *context,
     if (!gather->into)
         err = bd_multires_light_create(context->gpu, &gather->fragments->layout,
                                        bd_fragment_vectors(gather), out, detail);
-    if (err) return err;
+    if (!err && inputs->noise && !gather->into)
+        err = bd_multires_light_add_noise(context->gpu, *out, detail);
+    if (err) {
+        if (!gather->into) bd_multires_light_destroy(context->gpu, out);
+        return err;
+    }
     struct bd_receivers_inputs receivers = {
         .askers = bd_fragment_askers(gather),
         .spread = gather->spread,
+        .noise = (*out)->fine_noise != NULL,
         .bind = bd_multires_light_bind,
         .out = *out,
     };

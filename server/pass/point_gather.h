@@ -26,6 +26,7 @@ struct bd_point_gather_inputs {
     // bd_projector); texels alike, that hold radiance in eight bits.
     bool as_printed;
     enum bd_projection projection;
+    bool noise; // of light that is made is kept, too (pass/filter_fragments.h)
     struct bd_pool *pool;
     uint64_t seed;
 };

@@ -246,9 +246,9 @@ static enum bd_err keep_light(const struct bd_point_gather_device *d, uint32_t c
         const struct bd_point_light *from = &d->all_light[i];
         struct bd_receiver_light *to = &d->part->light[d->asker_is[i] / BD_LANES];
         const uint32_t lane = d->asker_is[i] % BD_LANES;
-        f3_add_at(&to->irradiance, lane,
-                  f3_of(from->irradiance[0], from->irradiance[1], from->irradiance[2]));
-        f3_add_at(&to->vector, lane, f3_of(from->vector[0], from->vector[1], from->vector[2]));
+        f3_add_at(&to->irradiance, lane, f3_loaded(from->irradiance));
+        f3_add_at(&to->vector, lane, f3_loaded(from->vector));
+        f3_add_at(&to->noise, lane, f3_loaded(from->noise));
         to->spread[lane] += from->spread;
     }
     return err;

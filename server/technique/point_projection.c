@@ -3,8 +3,9 @@
 // sees over its plane, drawn where they may give it much.
 //
 // Paper:  Maletz, Wang and Bowers 2011. Beyond it: systematic counts, splats by how many were
-//         drawn, exact disks and texels, thin edges; all reflections, by cells that rays go
-//         between; points of both sides; lamps of all kinds, however near; glass; lobes by rays
+//         drawn, exact disks and texels, thin edges; a filter that goes by noise; all reflections,
+//         by cells that rays go between; points of both sides; lamps of all kinds, however near;
+//         glass; lobes by rays
 // Exact when: `points`, `exploit` and `microbuffer` grow, for diffuse light
 // Known:  what hides light is a map of a thousand texels: edges of shadows are as soft, and thin
 //         walls let through what lies in the holes between points; light of single pixels is noisy
@@ -29,6 +30,7 @@ static enum bd_err light_fragments(const struct bd_pass_context *context,
         .exploit = params->exploit,
         .side = params->microbuffer,
         .projection = (enum bd_projection)params->projection,
+        .noise = inputs->filtered,
         .pool = inputs->pool,
         .seed = inputs->seed_of_sub_frame,
     };

@@ -38,4 +38,10 @@ KERNEL float place_of_texel(float middle, float side)
     return 2.0f * middle / side - 1.0f;
 }
 
+// Of a chequerboard of squares of four texels, the half that one is in.
+KERNEL uint half_of_texel(uint u, uint v)
+{
+    return (u / 2u + v / 2u) % 2u;
+}
+
 #endif

@@ -21,8 +21,8 @@
 // number that others have not; the map's normal, its block's radius, 0 where none asks for the
 // spread; its shading normal, how far it leaves its plane.
 #define BD_POINT_ASKER_UVEC4S 5u
-// What it gets: its irradiance, the spread; the irradiance vector, nothing.
-#define BD_POINT_LIGHT_VEC4S 2u
+// What it gets: its irradiance, the spread; the irradiance vector, nothing; the noise, nothing.
+#define BD_POINT_LIGHT_VEC4S 3u
 
 struct bd_point_gather_args {
     BD_UINT explore, exploit; // of each cluster, of all
@@ -55,7 +55,8 @@ struct bd_point_asker {
 };
 struct bd_point_light {
     float irradiance[3], spread;
-    float vector[3], unused;
+    float vector[3], unused_0;
+    float noise[3], unused_1;
 };
 _Static_assert(sizeof(struct bd_projected_point) == 16, "std430 size");
 _Static_assert(sizeof(struct bd_point_cluster) == 8, "std430 size");

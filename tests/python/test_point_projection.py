@@ -55,6 +55,17 @@ def test_importance_is_nearer_to_all_points_than_chance(scene):
     assert off["importance"] < 0.7 * off["uniform"]
 
 
+def test_a_filter_takes_noise_and_leaves_the_mean(scene):
+    def noise_and_mean(noise_filter):
+        frames = [light(scene.render(size=(64, 64), technique="point_projection", layers=["indirect"], seed=seed,
+                                     parameters={"points": 16384, "exploit": 256, "finest": 1, "coarsest": 64,
+                                                 "noise_filter": noise_filter})).mean(axis=-1) for seed in range(4)]
+        return numpy.median(numpy.std(frames, axis=0)), numpy.mean(frames)
+    (noisy, mean), (smooth, smooth_mean) = noise_and_mean("off"), noise_and_mean("on")
+    assert smooth < 0.9 * noisy
+    assert abs(smooth_mean / mean - 1) < 0.01
+
+
 def test_blocks_are_split_where_light_changes(scene):
     """Where a box stands on a floor the floor's depth and normal are even, and its light is not."""
 

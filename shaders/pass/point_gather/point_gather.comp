@@ -264,22 +264,26 @@ float spread_of(asking a, uint seen, vec4 way_solid_angle, float light_of)
 void sum_texels(asking a, uint seen[TEXELS_EACH])
 {
     vec3 own = in_axes(a.normal, a.across, a.along, a.up);
-    vec4 irradiance = vec4(0.0), directions = vec4(0.0); // and the spread
+    vec4 irradiance = vec4(0.0), directions = vec4(0.0), noise = vec4(0.0); // and the spread
     OWN_TEXELS(i, t) {
         if (seen[i] == SEES_NOTHING) continue;
         vec3 of = vec3(radiance[3u * seen[i]], radiance[3u * seen[i] + 1u], radiance[3u * seen[i] + 2u]);
         vec3 weight = texels[BD_TEXEL_VEC4S * t].xyz;
-        irradiance.rgb += of * max(dot(weight, own), 0.0);
+        vec3 comes = of * max(dot(weight, own), 0.0);
+        irradiance.rgb += comes;
+        noise.rgb += half_of_texel(t % uint(BD_SIDE), t / uint(BD_SIDE)) == 0u ? comes : -comes;
         directions.xyz += weight * all_channels(of);
         if (a.radius > 0.0) irradiance.a += spread_of(a, seen[i], texels[BD_TEXEL_VEC4S * t + 1u], all_channels(of));
     }
     irradiance = sum_of_all(irradiance);
     directions = sum_of_all(directions);
+    noise = sum_of_all(noise);
     if (gl_LocalInvocationID.x > 0u) return;
     vec3 world = a.across * directions.x + a.along * directions.y + a.up * directions.z;
     uint at = (args.first_asker + gl_WorkGroupID.x) * BD_POINT_LIGHT_VEC4S;
     light[at] = irradiance;
     light[at + 1u] = vec4(irradiance_vector(irradiance.rgb, world, a.normal), 0.0);
+    light[at + 2u] = noise;
 }
 
 void main()
