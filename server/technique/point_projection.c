@@ -53,6 +53,7 @@ static enum bd_err light(const struct bd_pass_context *context,
 {
     enum bd_err err = bd_fragment_light(context, inputs, "project", light_fragments, out, detail);
     if (err) return err;
+    bd_ray_counts_add(&(*out)->rays, inputs->points->traced);
     err = bd_far_light_beside(context, inputs, *out, detail);
     if (err) bd_indirect_destroy(context->gpu, out);
     return err;

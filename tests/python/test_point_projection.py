@@ -42,6 +42,12 @@ def test_the_same_bytes_twice_and_others_by_seed(scene):
     assert abs(light(other).mean() / light(first).mean() - 1) < 0.02
 
 
+def test_reports_tell_of_rays_that_light_points(scene):
+    """One to a lamp from each, one down on each, and cells' 64."""
+    few, many = (render(scene, points=points).report["counts"]["rays"] for points in (4096, 16384))
+    assert few > 4096 and many - few > 12288
+
+
 def test_fewer_reflections_are_darker(scene):
     means = [light(render(scene, indirect_bounces=count)).mean() for count in (1, 2, 64)]
     assert means[0] < 0.75 * means[1] and means[1] < means[2]
