@@ -210,6 +210,7 @@ static void list_omitted_passes(const struct bd_plan *plan, struct bd_report *re
         const char *why = row->why_not ? row->why_not(plan) : NULL;
         if (!why || bd_plan_has(plan, stage)) continue;
         omit(report, row->pass != NULL, row->pass, why);
+        omit(report, row->second_pass != NULL, row->second_pass, why);
         for (const struct bd_technique_pass *pass = own; !row->pass && pass->name; pass++)
             omit(report, !(pass->when & ~BD_WHEN_GLOSSY), pass->name, why);
     }

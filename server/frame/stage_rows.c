@@ -525,6 +525,7 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
     [BD_STAGE_POINTS] =
         {
             .pass = "points",
+            .second_pass = "point_clusters",
             .is_needed = has_points,
             .why_not = no_points,
             .from = STAGE(RAYS) | STAGE(EMITTERS),
@@ -534,6 +535,7 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
             .params = PARAM(BRDF) | PARAM(ALPHA) | PARAM(INDIRECT_BOUNCES) | PARAM(POINTS) |
                       PARAM(CLUSTERS) | PARAM(EXPLORE) | PARAM(CACHE_CELLS) | PARAM(CAUSTICS) |
                       PARAM(PHOTONS) | PARAM(PAPER_MODE),
+            .brackets_itself = true,
             KEEPS(lit_points, frame, points, bd_run_points),
         },
     [BD_STAGE_VPL_ORDER] =
@@ -654,6 +656,7 @@ uint32_t bd_stage_passes(const struct bd_plan *plan, enum bd_stage stage,
     const struct bd_stage_row *row = &bd_stage_rows[stage];
     uint32_t count = 0;
     if (row->pass) names[count++] = row->pass;
+    if (row->second_pass) names[count++] = row->second_pass;
     if (stage != BD_STAGE_INDIRECT) return count;
     const struct bd_technique_pass *pass = plan->technique->passes;
     for (; pass && pass->name; pass++) {

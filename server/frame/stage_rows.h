@@ -124,6 +124,7 @@ struct bd_stage_part {
 
 struct bd_stage_row {
     const char *pass; // in the report; NULL: none, or the technique's own
+    const char *second_pass; // or NULL
     enum bd_stage_of of;
     bool (*is_needed)(const struct bd_plan *plan);
     // In plain words, where it is not; NULL: not worth a word.

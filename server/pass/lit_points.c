@@ -128,11 +128,14 @@ static enum bd_err spread_points(struct lighting *l)
     enum bd_err err = bd_surface_points_init(&l->points, in->snapshot, &how, bd_slicer_pause,
                                              l->context.slicer, l->detail);
     if (!err && in->glass) leave_out_glass(l);
-    if (!err) err = leave_out_covered(l);
+    return err ? err : leave_out_covered(l);
+}
+
+static enum bd_err cluster_points(struct lighting *l)
+{
     bd_slicer_work(l->context.slicer, "point clusters");
-    if (!err)
-        err = bd_point_clusters_init(&l->out->clusters, &l->points, bd_slicer_pause,
-                                     l->context.slicer, l->detail);
+    const enum bd_err err = bd_point_clusters_init(&l->out->clusters, &l->points, bd_slicer_pause,
+                                                   l->context.slicer, l->detail);
     return err ? err : bd_slicer_pause(l->context.slicer);
 }
 
@@ -267,13 +270,28 @@ static enum bd_err light_again(struct lighting *l)
                               &l->out->rounds, &l->out->traced, l->detail);
 }
 
-static enum bd_err run(struct lighting *l)
+static enum bd_err light_points(struct lighting *l)
 {
-    enum bd_err err = spread_points(l);
-    if (!err) err = list_sides(l);
+    enum bd_err err = list_sides(l);
     if (!err) err = light_first(l);
     if (!err && l->inputs->reflections > 1 && l->sides.count > 0) err = light_again(l);
     return err;
+}
+
+static enum bd_err run_pass(struct lighting *l, const char *name,
+                            enum bd_err (*work)(struct lighting *l))
+{
+    bd_gpu_pass_begin(l->context.gpu, name);
+    const enum bd_err err = work(l);
+    bd_gpu_pass_end(l->context.gpu);
+    return err;
+}
+
+static enum bd_err run(struct lighting *l)
+{
+    enum bd_err err = run_pass(l, "points", spread_points);
+    if (!err) err = run_pass(l, "point_clusters", cluster_points);
+    return err ? err : run_pass(l, "points", light_points);
 }
 
 enum bd_err bd_lit_points_run(const struct bd_pass_context *context,
