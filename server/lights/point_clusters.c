@@ -8,17 +8,20 @@
 // Parts of so few are not divided.
 #define PART_LEAST 4u
 
-struct clustering {
-    struct bd_point_clusters *clusters;
-    struct bd_point_node *nodes;
-    enum bd_err (*pause)(void *user);
-    void *user;
-    enum bd_err err;
-};
-
 // A part of all points, and its number in the tree.
 struct part {
     uint32_t number, first, count;
+};
+
+struct clustering {
+    struct bd_point_clusters *clusters;
+    struct bd_point_node *nodes;
+    struct part *parts; // of one level of the tree, the largest last
+    uint32_t part_count, next;
+    struct bd_pool *pool;
+    enum bd_err (*pause)(void *user);
+    void *user;
+    enum bd_err err;
 };
 
 static struct part half_of(const struct part *part, bool is_second)
@@ -58,17 +61,72 @@ static struct bd_point_box box_of(const struct bd_point_node *nodes, uint32_t co
     return box;
 }
 
-static void divide(struct clustering *c, const struct part *part)
+static void divide_once(const struct clustering *c, const struct part *part)
 {
     struct bd_point_node *nodes = c->nodes + part->first;
-    if (part->count >= BD_POINTS_TO_PAUSE && !c->err) c->err = c->pause(c->user);
-    if (c->err) return;
     c->clusters->boxes[part->number] = box_of(nodes, part->count);
     if (part->count > 1) bd_point_halves(nodes, part->count, part->count / 2);
+}
+
+static void divide_whole(const struct clustering *c, const struct part *part)
+{
+    divide_once(c, part);
     if (!has_halves(part)) return;
     const struct part first = half_of(part, false), second = half_of(part, true);
-    divide(c, &first);
-    divide(c, &second);
+    divide_whole(c, &first);
+    divide_whole(c, &second);
+}
+
+static void divide_large(void *user, uint32_t i)
+{
+    const struct clustering *c = user;
+    divide_once(c, &c->parts[c->next + i]);
+}
+
+static void divide_small(void *user, uint32_t i)
+{
+    const struct clustering *c = user;
+    divide_whole(c, &c->parts[c->next + i]);
+}
+
+// As many small parts between two pauses as take no longer than a large one.
+#define SMALL_AT_ONCE 4u
+
+static void divide_parts(struct clustering *c, void (*divide)(void *user, uint32_t i),
+                         uint32_t at_once)
+{
+    const uint32_t most = at_once * bd_pool_thread_count(c->pool);
+    for (c->next = 0; !c->err && c->next < c->part_count; c->next += most) {
+        const uint32_t left = c->part_count - c->next;
+        c->err = c->pause(c->user);
+        if (!c->err) c->err = bd_pool_run(c->pool, left < most ? left : most, divide, NULL, c);
+    }
+}
+
+static void go_down(struct clustering *c)
+{
+    for (uint32_t i = c->part_count; i-- > 0;) {
+        const struct part whole = c->parts[i];
+        c->parts[2 * i] = half_of(&whole, false);
+        c->parts[2 * i + 1] = half_of(&whole, true);
+    }
+    c->part_count *= 2;
+}
+
+// Level by level where parts are large, so that threads have some each; small ones whole.
+static void divide(struct clustering *c)
+{
+    while (!c->err && c->parts[c->part_count - 1].count >= BD_POINTS_TO_PAUSE) {
+        divide_parts(c, divide_large, 1);
+        go_down(c);
+    }
+    divide_parts(c, divide_small, SMALL_AT_ONCE);
+}
+
+// Parts of a level are alike but for one point: the last that is divided has no part below this.
+static size_t parts_most(uint32_t count)
+{
+    return count / ((BD_POINTS_TO_PAUSE - 1) / 2) + 2;
 }
 
 static void keep_points(struct clustering *c, const struct bd_surface_points *points)
@@ -87,13 +145,20 @@ static void keep_points(struct clustering *c, const struct bd_surface_points *po
 }
 
 enum bd_err bd_point_clusters_init(struct bd_point_clusters *clusters,
-                                   const struct bd_surface_points *points,
+                                   const struct bd_surface_points *points, struct bd_pool *pool,
                                    enum bd_err (*pause)(void *user), void *user,
                                    struct bd_err_detail *detail)
 {
     const uint32_t count = points->count;
-    const struct part all = {0, 0, count};
-    struct clustering c = {clusters, malloc((count + 1) * sizeof *c.nodes), pause, user, BD_ERR_OK};
+    struct clustering c = {
+        .clusters = clusters,
+        .nodes = malloc((count + 1) * sizeof *c.nodes),
+        .parts = malloc(parts_most(count) * sizeof *c.parts),
+        .part_count = 1,
+        .pool = pool,
+        .pause = pause,
+        .user = user,
+    };
     *clusters = (struct bd_point_clusters){
         .count = count,
         .area = points->area,
@@ -101,14 +166,16 @@ enum bd_err bd_point_clusters_init(struct bd_point_clusters *clusters,
         .order = malloc((count + 1) * sizeof *clusters->order),
         .boxes = malloc(numbers_of(count) * sizeof *clusters->boxes),
     };
-    if (!c.nodes || !clusters->points || !clusters->order || !clusters->boxes)
+    if (!c.nodes || !c.parts || !clusters->points || !clusters->order || !clusters->boxes)
         c.err = bd_err_set(detail, BD_ERR_NO_MEMORY, "points", "no memory for %u", count);
     for (uint32_t i = 0; !c.err && i < count; i++)
         c.nodes[i] = (struct bd_point_node){points->points[i].position, points->points[i].normal,
                                             i & 0x3fffffffu, 0};
-    if (!c.err && count > 0) divide(&c, &all);
+    if (!c.err) c.parts[0] = (struct part){0, 0, count};
+    if (!c.err && count > 0) divide(&c);
     if (!c.err) keep_points(&c, points);
     free(c.nodes);
+    free(c.parts);
     if (c.err) bd_point_clusters_finish(clusters);
     return c.err;
 }

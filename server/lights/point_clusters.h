@@ -6,15 +6,16 @@
 // has them, or of the same solid angle as receivers in a box see them, so that what is near is of
 // many (algorithms.md A4).
 //
-// A function of the points. Cost: of making it, all points at every halving; of a cut, a heap of as
-// many parts.
+// A function of the points. Cost: of making it, all points at every halving, .4 us a point and
+// core; of a cut, a heap of as many parts.
 //
-// Maletz, Wang, Bowers 2011; Christensen 2008 (points in a tree). Thread: made by one, then read by
-// all.
+// Maletz, Wang, Bowers 2011; Christensen 2008 (points in a tree). Thread: made by one and the
+// pool's, then read by all.
 
 #ifndef BD_LIGHTS_POINT_CLUSTERS_H
 #define BD_LIGHTS_POINT_CLUSTERS_H
 
+#include "base/pool.h"
 #include "lights/surface_points.h"
 #include "shared/projected_points.h"
 
@@ -48,10 +49,11 @@ struct bd_point_cut {
     struct bd_point_cluster clusters[BD_CLUSTERS_MAX];
 };
 
-// `pause` as in lights/point_tree.h. BD_ERR_NO_MEMORY, or what `pause` returns.
+// `pause` as in lights/point_tree.h: it is called while the pool is idle. BD_ERR_NO_MEMORY, or what
+// `pause` returns.
 BD_MUST_CHECK
 enum bd_err bd_point_clusters_init(struct bd_point_clusters *clusters,
-                                   const struct bd_surface_points *points,
+                                   const struct bd_surface_points *points, struct bd_pool *pool,
                                    enum bd_err (*pause)(void *user), void *user,
                                    struct bd_err_detail *detail);
 void bd_point_clusters_finish(struct bd_point_clusters *clusters);

@@ -134,8 +134,8 @@ static enum bd_err spread_points(struct lighting *l)
 static enum bd_err cluster_points(struct lighting *l)
 {
     bd_slicer_work(l->context.slicer, "point clusters");
-    const enum bd_err err = bd_point_clusters_init(&l->out->clusters, &l->points, bd_slicer_pause,
-                                                   l->context.slicer, l->detail);
+    const enum bd_err err = bd_point_clusters_init(&l->out->clusters, &l->points, l->processor.pool,
+                                                   bd_slicer_pause, l->context.slicer, l->detail);
     return err ? err : bd_slicer_pause(l->context.slicer);
 }
 

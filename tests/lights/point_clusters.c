@@ -1,6 +1,6 @@
 // Points in clusters (lights/point_clusters.h): cuts hold all of them, even ones as many each,
-// those of a view many where it is near and none below its plane; and the nearest point is that of
-// a search through all.
+// those of a view many where it is near and none below its plane; the nearest point is that of a
+// search through all; and threads change nothing.
 
 #include <math.h>
 #include <stdlib.h>
@@ -25,9 +25,10 @@ static float chance(uint32_t number)
 }
 
 // In a box of side 2; facing along one of its axes.
-static void make(struct bd_point_clusters *clusters, uint32_t count)
+static void make_by(uint32_t threads, struct bd_point_clusters *clusters, uint32_t count)
 {
     struct bd_err_detail detail;
+    struct bd_pool *pool = bd_pool_create(threads);
     struct bd_surface_points points = {
         .count = count, .area = 1e-3f, .points = calloc(count + 1, sizeof *points.points)};
     assert_non_null(points.points);
@@ -37,8 +38,15 @@ static void make(struct bd_point_clusters *clusters, uint32_t count)
             f3_of(2 * chance(3 * i) - 1, 2 * chance(3 * i + 1) - 1, 2 * chance(3 * i + 2) - 1);
         points.points[i].normal = normals[i % 3];
     }
-    assert_int_equal(bd_point_clusters_init(clusters, &points, go_on, NULL, &detail), BD_ERR_OK);
+    assert_int_equal(bd_point_clusters_init(clusters, &points, pool, go_on, NULL, &detail),
+                     BD_ERR_OK);
     free(points.points);
+    bd_pool_destroy(&pool);
+}
+
+static void make(struct bd_point_clusters *clusters, uint32_t count)
+{
+    make_by(2, clusters, count);
 }
 
 static void check_whole(const struct bd_point_clusters *clusters, const struct bd_point_cut *cut)
@@ -162,6 +170,18 @@ static void the_nearest_faces_alike(void **state)
     bd_point_clusters_finish(&clusters);
 }
 
+static void threads_change_nothing(void **state)
+{
+    (void)state;
+    struct bd_point_clusters one, five;
+    make_by(1, &one, COUNT);
+    make_by(5, &five, COUNT);
+    assert_memory_equal(one.order, five.order, COUNT * sizeof *one.order);
+    assert_memory_equal(one.points, five.points, COUNT * sizeof *one.points);
+    bd_point_clusters_finish(&one);
+    bd_point_clusters_finish(&five);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -169,6 +189,7 @@ int main(void)
         cmocka_unit_test(even_cuts_have_as_many_each),
         cmocka_unit_test(views_have_much_of_what_is_near),
         cmocka_unit_test(the_nearest_faces_alike),
+        cmocka_unit_test(threads_change_nothing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

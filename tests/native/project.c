@@ -21,10 +21,18 @@ static enum bd_err go_on(void *user)
     return BD_ERR_OK;
 }
 
+static void cluster(struct bd_point_clusters *clusters, const struct bd_surface_points *points)
+{
+    struct bd_err_detail detail;
+    struct bd_pool *pool = bd_pool_create(2);
+    assert_int_equal(bd_point_clusters_init(clusters, points, pool, go_on, NULL, &detail),
+                     BD_ERR_OK);
+    bd_pool_destroy(&pool);
+}
+
 // Evenly over a sphere about the origin, facing inwards (Fibonacci).
 static void make_sphere(struct bd_point_clusters *clusters, float radius)
 {
-    struct bd_err_detail detail;
     struct bd_surface_points points = {.count = POINTS,
                                        .area = 4 * F_PI * radius * radius / POINTS,
                                        .points = calloc(POINTS, sizeof *points.points)};
@@ -36,7 +44,7 @@ static void make_sphere(struct bd_point_clusters *clusters, float radius)
         points.points[i].position = f3_scale(way, radius);
         points.points[i].normal = f3_scale(way, -1);
     }
-    assert_int_equal(bd_point_clusters_init(clusters, &points, go_on, NULL, &detail), BD_ERR_OK);
+    cluster(clusters, &points);
     free(points.points);
 }
 
@@ -135,7 +143,6 @@ static void a_surface_seen_from_its_edge_is_thin(void **state)
 {
     (void)state;
     struct bd_point_clusters clusters;
-    struct bd_err_detail detail;
     const f3 from = f3_of(-.6f, 0, .01f);
     double exact = 0, seen_sum = 0;
     struct bd_surface_points points = {
@@ -150,7 +157,7 @@ static void a_surface_seen_from_its_edge_is_thin(void **state)
         points.points[i].normal = f3_of(0, 0, 1);
         exact += (double)points.area * (double)way.x * -(double)way.z / (r2 * r2);
     }
-    assert_int_equal(bd_point_clusters_init(&clusters, &points, go_on, NULL, &detail), BD_ERR_OK);
+    cluster(&clusters, &points);
     for (uint32_t i = 0; i < 16; i++) {
         const struct bd_projector projector = {.loops = bd_native_loops(),
                                                .points = &clusters,
