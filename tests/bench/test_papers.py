@@ -25,7 +25,7 @@ def spread(ms):
 def point(run, passes_ms=None, frame_ms=100.0, fragments=0.04, off=0.02):
     """What `measured` makes of a run: every pass takes 10 ms, if nothing else is said."""
     passes = passes_ms or {name: 10.0 for name in PASSES}
-    wrong = {"rel_rmse": off, "rmse_max": off / 10, "trimmed": off / 2, "signed": 0.0}
+    wrong = {"rel_rmse": off, "rmse_max": off / 10, "trimmed": off / 2, "tones": off, "signed": 0.0}
     return {"label": run.label, "scene": run.scene.name, "technique": run.technique,
             "settings": run.all_settings, "size": run.size, "camera": run.camera,
             "time_ms": {"frame": spread(frame_ms), "gpu": spread(frame_ms), "runs": 3,
@@ -129,6 +129,31 @@ def test_lists_for_each_vpl_are_counted_where_there_are_any():
     assert item.targets(found) == []
 
 
+def group_of(item, name):
+    return next(group for group in item.groups() if group.name == name)
+
+
+def test_clusters_are_a_share_of_a_frame_and_sub_frames_several():
+    item = papers.load_figure("points")
+    clusters, frames = group_of(item, "clusters, cornell_box"), group_of(item, "sub-frames, cornell_box")
+    found = {clusters.name: {"frame": point(clusters.runs[0], {"points": 5.0, "point_clusters": 2.0}, 100.0)},
+             frames.name: {run.label: point(run, {"points": 50.0, "point_clusters": 10.0}, 100.0 * run.aa) for run in frames.runs}}
+    assert target(item, found, "B4.3", "of a frame").ours == pytest.approx(.02) and not target(item, found, "B4.3", "of a frame").met
+    assert target(item, found, "B4.5", "over one").ours == pytest.approx(4)
+    assert target(item, found, "B4.5", "without points").ours == pytest.approx(340 / 40)
+
+
+def test_what_a_picture_gives_back_is_of_what_the_clamp_takes():
+    item = papers.load_figure("compensation")
+    group = group_of(item, "given back, cornell_box")
+    made = {run.label: point(run) for run in group.runs}
+    assert target(item, {group.name: made}, "B3.3", "given back").ours == 0  # nothing was taken
+    for iterations, left in enumerate((.2, .05, .02, .01, 0.0)):
+        made[str(iterations)]["error"] = {"rays": {"signed": -left}}
+    assert target(item, {group.name: made}, "B3.3", "given back").ours == pytest.approx(.9)
+    assert target(item, {group.name: made}, "B3.4", "1 iteration").ours == pytest.approx(.75)
+
+
 def test_a_target_is_met_at_its_bounds_and_missed_beyond():
     def met(ours):
         return Target("x", "", ours, least=.8, most=1.2).met
@@ -162,6 +187,7 @@ def test_errors_of_pictures():
     assert found["trimmed"] == pytest.approx((rest / 9999) ** .5 / mean)
     assert found["rel_rmse"] == pytest.approx(((rest + 100.1 ** 2) / 10000) ** .5 / mean)
     assert found["rmse_max"] == pytest.approx(found["rel_rmse"] * mean / 4)
+    assert errors.between(reference, 3 * reference)["tones"] == pytest.approx(.5, abs=.01)  # 3 / 4 of 1 / 2
     assert found["signed"] == pytest.approx((499.8 + .4 + 100.1) / 10000 / mean)
     assert errors.between(0 * reference, picture) is None
 

@@ -107,7 +107,7 @@ class Session:
         """Of all that the points depend on, but the machine: a faster one is asked in another DIR."""
         frames = [(run.label, self.stage.scene(paths[run.scene]).hash, run.technique,
                    settings_text(run.all_settings), measured.size_px(run, self.asked.shrink),
-                   run.camera, run.against, run.timed) for run in group.runs]
+                   run.camera, run.against, run.timed, *([run.aa] if run.aa > 1 else [])) for run in group.runs]
         return measure.digest(*frames, self.asked.runs, self.device["device"]["class"],
                               self.device["build"])
 

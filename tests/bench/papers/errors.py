@@ -10,7 +10,8 @@ WORST_SHARE = 1e-4  # of the pixels that `trimmed` leaves out
 
 def between(reference, picture):
     """Root mean square over the mean and over the largest value of the reference, the same without
-    the worst ten-thousandth of the pixels, and the error of the mean. None where it is black."""
+    the worst ten-thousandth of the pixels, of tones x / (x + mean) over their mean, of which no pixel that shines is most, and
+    the error of the mean. None where it is black."""
     reference, picture = (numpy.asarray(p, numpy.float64) for p in (reference, picture))
     mean, largest = float(reference.mean()), float(reference.max())
     if not mean > 0:
@@ -20,4 +21,9 @@ def between(reference, picture):
     root = float(numpy.sqrt(squares.mean()))
     return {"rel_rmse": root / mean, "rmse_max": root / largest,
             "trimmed": float(numpy.sqrt(kept.mean())) / mean,
+            "tones": _of_tones(reference / (reference + mean), picture / (picture + mean)),
             "signed": float(picture.mean()) / mean - 1}
+
+
+def _of_tones(reference, picture):
+    return float(numpy.sqrt(((picture - reference) ** 2).mean()) / reference.mean())

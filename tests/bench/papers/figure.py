@@ -22,6 +22,7 @@ class Run:
     camera: str = None
     against: tuple = ()
     timed: bool = True  # False: its first frame's time will do, for what is long or only a picture
+    aa: int = 1         # sub-frames
 
     @property
     def all_settings(self):
@@ -47,7 +48,7 @@ class Group:
 @dataclasses.dataclass(frozen=True)
 class Target:
     """One ratio of the paper beside ours. Without `least` and `most` nothing was asked for."""
-    id: str           # algorithms.md B1.x, B2.x or B5.x
+    id: str           # algorithms.md B1.x to B5.x, or a word
     what: str
     ours: float
     paper: object = None  # a number, or a text where the paper has no number

@@ -30,7 +30,7 @@ def size_px(run, shrink):
 
 def _asked(run, shrink):
     side = size_px(run, shrink)
-    return {"size": (side, side), "camera": run.camera, "seed": SEED, "extra": FRESH}
+    return {"size": (side, side), "camera": run.camera, "seed": SEED, "aa": run.aa, "extra": FRESH}
 
 
 def _report(stage, run, paths, shrink):
@@ -50,7 +50,7 @@ def _first(stage, run, paths, shrink, wanted):
 def _point(stage, run, paths, shrink, reports, pictures):
     last, side = reports[-1], size_px(run, shrink)
     command = stage.daemon.command(paths[run.scene], run.technique, run.all_settings, (side, side),
-                                   run.camera, seed=SEED)
+                                   run.camera, seed=SEED, aa=run.aa)
     return {"label": run.label, "scene": run.scene.name, "technique": run.technique,
             "settings": run.all_settings, "size": side, "camera": run.camera,
             "time_ms": measure.times_of(reports), "counts": last.get("counts", {}),

@@ -97,7 +97,7 @@ def targets(found):
     made = []
     for name, points in each(found, SCENES):
         made.append(Target("B5.1", f"millions of photons a second from end to end, {SMALL}x{SMALL}: {name}", _rate(points[str(SMALL)]),
-                           f"{min(PAPER_RATES):g} to {max(PAPER_RATES):g}"))
+                           f"{min(PAPER_RATES):g} to {max(PAPER_RATES):g}", least=10))
         large, small = points[str(LARGE)], points[str(SMALL)]
         made.append(Target("B5.2", f"frame of {LARGE}x{LARGE} over {SMALL}x{SMALL}: {name}", frame_ms(large) / frame_ms(small),
                            f"{min(PAPER_TIMES):g} to {max(PAPER_TIMES):g}", most=2.4))

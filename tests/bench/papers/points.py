@@ -1,4 +1,5 @@
-"""Maletz, Wang and Bowers 2011: points in a second, importance against chance, how many pixels are told, what more points are worth."""
+"""Maletz, Wang and Bowers 2011: points in a second, what clusters cost, importance against chance, how many pixels are told, what
+sub-frames cost, what more points are worth, surfaces that shine."""
 from . import scenes
 from .figure import Figure, Group, Line, Panel, Run, Target, each, error, fragments_share, frame_ms, passes_ms
 
@@ -12,8 +13,15 @@ PROJECTED = EXPLOIT + EXPLORE * CLUSTERS
 ONCE = {**FULL, **PIXELS, "indirect_bounces": 1}
 EXPLOITS = (256, 1024, EXPLOIT, 8192)
 
+# The paper's, of which clusters are a share.
+CLUSTERED_SIZE = 512
 SPEED_SIZE, SAMPLED_SIZE, TOLD_SIZE = 192, 48, 192
+SUB_FRAMES = 4
 COUNTS = (1 << 14, 1 << 16, 1 << 18, 1 << 20)
+# `many_light` at a rung that takes about as long.
+SHINING = {s.name: s for s in (scenes.BUDDHA, scenes.TEAPOT)}
+SHINING_SIZE = 160
+AS_LONG = {"vpls": 8192, "rays": 32, "far_rays": 32, "walk_vpls": 8192, "cache_cells": 8192, "photons": 1 << 20}
 
 
 def groups():
@@ -22,7 +30,12 @@ def groups():
             for name, scene in SCENES.items()]
     made += [Group(f"sampled, {name}", tuple(_sampled(scene))) for name, scene in SCENES.items()]
     made += [Group(f"told, {name}", tuple(_told(scene))) for name, scene in SCENES.items()]
-    return made + [Group(f"points, {name}", tuple(_counts(scene))) for name, scene in SCENES.items()]
+    made += [Group(f"points, {name}", tuple(_counts(scene))) for name, scene in SCENES.items()]
+    made += [Group(f"clusters, {name}", (Run("frame", scene, "point_projection", {**ONCE, "brdf": "lambert"}, CLUSTERED_SIZE),))
+             for name, scene in SCENES.items()]
+    made += [Group(f"sub-frames, {name}", tuple(Run(str(count), scene, "point_projection", FULL, TOLD_SIZE, aa=count) for count in (1, SUB_FRAMES)))
+             for name, scene in SCENES.items()]
+    return made + [Group(f"shining, {name}", tuple(_shining(scene))) for name, scene in SHINING.items()]
 
 
 def _sampled(scene):
@@ -49,16 +62,27 @@ def _counts(scene):
         yield Run(str(count), scene, "point_projection", {**FULL, **PIXELS, "points": count}, SAMPLED_SIZE, against=("truth",))
 
 
+def _shining(scene):
+    yield Run("truth", scene, "reference", {"spp": 512}, SHINING_SIZE, timed=False)
+    yield Run("points", scene, "point_projection", FULL, SHINING_SIZE, against=("truth",))
+    yield Run("many lights", scene, "many_light", {**FULL, **AS_LONG}, SHINING_SIZE, against=("truth",))
+
+
 # --- what is drawn --------------------------------------------------------------------------
 
-def _of(kind, found):
-    return each({name: found[f"{kind}, {name}"] for name in SCENES if f"{kind}, {name}" in found}, SCENES)
+def _of(kind, found, names=SCENES):
+    return each({name: found[f"{kind}, {name}"] for name in names if f"{kind}, {name}" in found}, names)
 
 
 def _giga_points(point):
     """0 of a frame that projected nothing."""
     ms = passes_ms(point, "project")
     return SPEED_SIZE ** 2 * PROJECTED / ms / 1e6 if ms else 0.0
+
+
+def _moving_ms(point):
+    """What each camera costs anew: all but points and their clusters."""
+    return frame_ms(point) - passes_ms(point, "points", "point_clusters")
 
 
 def panels(found):
@@ -85,20 +109,37 @@ def targets(found):
     for name, points in _of("sampled", found):
         made.append(Target("B4.2", f"off all points, importance over chance, {PROJECTED:,} of {POINTS:,}: {name}",
                            error(points[f"importance {EXPLOIT}"], "all") / error(points[f"uniform {EXPLOIT}"], "all"), most=.5))
+    for name, points in _of("clusters", found):
+        clusters_ms = passes_ms(points["frame"], "point_clusters")
+        made.append(Target("B4.3", f"clusters, of a frame of {CLUSTERED_SIZE}x{CLUSTERED_SIZE}: {name}", clusters_ms / frame_ms(points["frame"]),
+                           "up to .33 %", most=.01, percent=True))
+        made.append(Target("B4.3", f"ns a point, of {POINTS:,}: {name}", clusters_ms / POINTS * 1e6, 38))
     for name, points in _of("told", found):
         made.append(Target("B4.4", f"pixels told: {name}", fragments_share(points["blocks"]), "25 to 33 %", most=.3, percent=True))
         made.append(Target("B4.4", f"off the truth, over that of all pixels told: {name}",
                            error(points["blocks"], "truth") / error(points["pixels"], "truth"), 1, most=1.05))
         made.append(Target("B4.4", f"time, of that of all pixels told: {name}", frame_ms(points["blocks"]) / frame_ms(points["pixels"]),
                            percent=True))
+    for name, points in _of("sub-frames", found):
+        more, one = points[str(SUB_FRAMES)], points["1"]
+        made.append(Target("B4.5", f"{SUB_FRAMES} sub-frames over one: {name}", frame_ms(more) / frame_ms(one), "2 to 3", most=3))
+        made.append(Target("B4.5", f"the same without points and clusters: {name}", _moving_ms(more) / _moving_ms(one)))
     for name, points in _of("points", found):
         made.append(Target("B4.6", f"off the truth, {COUNTS[-1]:,} points over {POINTS:,}: {name}",
                            error(points[str(COUNTS[-1])], "truth") / error(points[str(POINTS)], "truth"), 1, least=.95, most=1.05))
+    for name, points in _of("shining", found, SHINING):
+        ours, other = points["points"], points["many lights"]
+        for kind, said in (("rel_rmse", "light"), ("tones", "tones x / (x + mean)")):
+            off, others = error(ours, "truth", kind), error(other, "truth", kind)
+            made.append(Target("shining", f"{said} off the truth: {name}", off, percent=True))
+            made.append(Target("shining", f"over that of many_light: {name}", off / others))
+        made.append(Target("shining", f"time, of that of many_light: {name}", frame_ms(ours) / frame_ms(other), percent=True))
     return made
 
 
 FIGURE = Figure(
     "points", "Points (Maletz, Wang and Bowers 2011)",
     "3,072 of 262,144 points, drawn by importance, look like all of them; a quarter to a third of the pixels is enough; a million points are "
-    "no better; 3 to 4 seconds for 512x512 on a graphics card, .2 to .27 thousand millions of points a second.",
+    "no better; 3 to 4 seconds for 512x512 on a graphics card, .2 to .27 thousand millions of points a second, under 10 ms of them for clusters; "
+    "twice as many pixels along each side, for edges, take 2 to 3 times as long; surfaces that shine.",
     groups, panels, targets)
