@@ -9,8 +9,9 @@ SCENES = {s.name: s for s in (scenes.CORNELL, scenes.BOX, scenes.SPONZA)}
 PIXELS = {"finest": 1, "depth_threshold": 0, "normal_threshold": 0}
 POINTS, EXPLORE, CLUSTERS, EXPLOIT = 262144, 2, 512, 2048
 PROJECTED = EXPLOIT + EXPLORE * CLUSTERS
-# What is projected is the question, not what comes to points before.
+# What is projected is the question, not what comes to points before, nor what a filter makes of it.
 ONCE = {**FULL, **PIXELS, "indirect_bounces": 1}
+BARE = {**ONCE, "noise_filter": "off"}
 EXPLOITS = (256, 1024, EXPLOIT, 8192)
 
 # The paper's, of which clusters are a share.
@@ -39,10 +40,10 @@ def groups():
 
 
 def _sampled(scene):
-    yield Run("all", scene, "point_projection", {**ONCE, "projection": "all"}, SAMPLED_SIZE, timed=False)
+    yield Run("all", scene, "point_projection", {**BARE, "projection": "all"}, SAMPLED_SIZE, timed=False)
     for exploit in EXPLOITS:
         for by in ("importance", "uniform"):
-            settings = {**ONCE, "projection": by, "exploit": exploit}
+            settings = {**BARE, "projection": by, "exploit": exploit}
             yield Run(f"{by} {exploit}", scene, "point_projection", settings, SAMPLED_SIZE, against=("all",), timed=False)
 
 
