@@ -12,14 +12,18 @@
 
 #define PAUSE_EVERY 4096u // triangles
 
-// Of render space: where a part's corners differ by less, they are the same.
-#define STEPS_PER_UNIT 99991.0
+// Of the longest side of a part's box: where parts' corners differ by less, they are of one shape.
+// A round number of steps, and no round place between them: corners lie at halves and thirds.
+#define STEPS_PER_SIDE 1000.0
+#define BETWEEN_STEPS  0.31
 
 // A primitive of an instance. What has another colour lies elsewhere in the order of triangles, and
-// its points shall be the same; nor shall the scene's scale and place count, which round positions
-// otherwise: parts go by where a few of their corners lie in render space, to a hundred-thousandth.
+// its points shall be the same; so shall those of what is moved, or of all others. So parts are
+// told apart by their shapes, and those of one shape by which comes first along an axis that no
+// wall is upright on: who passes none of them keeps its place among them.
 struct part {
-    uint64_t place; // hash of those
+    uint32_t shape; // hash of a few corners in the mesh's box
+    double along;
     const struct bd_instance *instance;
     uint32_t run, index; // of the run's instances
 };
@@ -31,12 +35,15 @@ struct spreading {
     struct bd_triangle_order order;
     struct part *parts;
     size_t part_count;
-    struct bd_sequence sequence;
     struct bd_surface_points_how how;
     enum bd_err (*pause)(void *user);
     void *user;
-    double area, passed; // of all; of the triangles so far
-    uint32_t next;
+    double area;   // of all
+    uint32_t next; // of all points that were asked for
+    // Of the part: its triangles' so far, where its first point lies, and the next one's number.
+    double passed, start;
+    uint32_t next_of_part, chance;
+    struct bd_sequence sequence;
 };
 
 // A triangle of an instance.
@@ -85,35 +92,64 @@ static enum bd_err visit_part(struct spreading *s, const struct part *part, visi
     return err;
 }
 
+// Each by numbers of its own, that no other part changes. Those of one shape round their shares of
+// points up and down in turn: rounded alike, all leaves of a tree might have none.
+static void enter_part(struct spreading *s, const struct part *part, uint32_t alike)
+{
+    const double golden = 0.61803398874989485, first = bd_stirred(part->shape) * 0x1p-32;
+    const double turns = first + golden * alike;
+    s->passed = 0;
+    s->start = turns - floor(turns);
+    s->next_of_part = 0;
+    s->chance = bd_stirred(part->shape + alike * 0x9e3779b9u);
+    s->sequence = bd_sequence_of(s->how.seed, s->chance);
+}
+
 static enum bd_err visit_all(struct spreading *s, visit_fn *visit)
 {
     enum bd_err err = BD_ERR_OK;
-    for (size_t i = 0; !err && i < s->part_count; i++) err = visit_part(s, &s->parts[i], visit);
+    uint32_t alike = 0;
+    for (size_t i = 0; !err && i < s->part_count; i++) {
+        alike = i > 0 && s->parts[i].shape == s->parts[i - 1].shape ? alike + 1 : 0;
+        enter_part(s, &s->parts[i], alike);
+        err = visit_part(s, &s->parts[i], visit);
+    }
     return err;
 }
 
 #define CORNERS_HASHED 8u
 
-static uint64_t place_of(const struct spreading *s, const struct bd_primitive *primitive,
-                         const struct bd_instance *instance)
+static uint32_t shape_of(const struct bd_primitive *primitive)
 {
+    const float *least = primitive->bounds_min, *most = primitive->bounds_max;
+    const double side = fmax(fmax((double)most[0] - least[0], (double)most[1] - least[1]),
+                             (double)most[2] - least[2]);
     uint64_t hash = bd_hash64(&primitive->index_count, sizeof primitive->index_count, 0);
-    for (uint32_t i = 0; i < CORNERS_HASHED; i++) {
+    for (uint32_t i = 0; side > 0 && i < CORNERS_HASHED; i++) {
         const uint64_t at = (uint64_t)(primitive->index_count - 1) * i / (CORNERS_HASHED - 1);
         const float *position = primitive->position + 3 * (size_t)primitive->index[at];
-        const f3 corner = bd_shading_vertex_of(&s->space, instance, position);
-        const int64_t steps[3] = {llround(STEPS_PER_UNIT * corner.x),
-                                  llround(STEPS_PER_UNIT * corner.y),
-                                  llround(STEPS_PER_UNIT * corner.z)};
+        int64_t steps[3];
+        for (int a = 0; a < 3; a++)
+            steps[a] = (int64_t)floor(((double)position[a] - least[a]) / side * STEPS_PER_SIDE +
+                                      BETWEEN_STEPS);
         hash = bd_hash64(steps, sizeof steps, hash);
     }
-    return hash;
+    return (uint32_t)hash ^ (uint32_t)(hash >> 32);
+}
+
+static double place_along(const struct spreading *s, const struct bd_primitive *primitive,
+                          const struct bd_instance *instance)
+{
+    const f3 at = bd_shading_vertex_of(&s->space, instance,
+                                       primitive->position + 3 * (size_t)primitive->index[0]);
+    return 0.2113 * (double)at.x + 0.5774 * (double)at.y + 0.7887 * (double)at.z;
 }
 
 static int compare_parts(const void *a, const void *b)
 {
     const struct part *x = a, *y = b;
-    if (x->place != y->place) return x->place < y->place ? -1 : 1;
+    if (x->shape != y->shape) return x->shape < y->shape ? -1 : 1;
+    if (x->along != y->along) return x->along < y->along ? -1 : 1;
     if (x->run != y->run) return x->run < y->run ? -1 : 1;
     return (x->index > y->index) - (x->index < y->index);
 }
@@ -128,10 +164,13 @@ static enum bd_err list_parts(struct spreading *s)
     struct part *to = s->parts;
     for (uint32_t r = 0; !err && r < order->run_count; r++) {
         const struct bd_triangle_run *run = &order->runs[r];
+        const struct bd_primitive *primitive = primitive_of(s, run);
+        const uint32_t shape = shape_of(primitive);
         for (uint32_t i = 0; !err && i < run->instance_count; i++) {
             const uint32_t place = order->instances[run->first_instance + i];
             const struct bd_instance *instance = &s->scene->instances[place];
-            *to++ = (struct part){place_of(s, primitive_of(s, run), instance), instance, r, i};
+            const double along = place_along(s, primitive, instance);
+            *to++ = (struct part){shape, along, instance, r, i};
             if (i % PAUSE_EVERY == 0) err = s->pause(s->user);
         }
     }
@@ -149,14 +188,16 @@ static void measure(struct spreading *s, const struct place *place)
 static bool is_left_out(const struct spreading *s, const struct bd_material *material, float alpha)
 {
     const bool by_chance = material->alpha_mode == BD_ALPHA_BLEND && s->how.by_coverage;
-    return by_chance ? bd_stirred(s->next) * 0x1p-32 >= alpha : bd_is_cut_out(material, alpha);
+    return by_chance ? bd_stirred(s->next_of_part ^ s->chance) * 0x1p-32 >= alpha
+                     : bd_is_cut_out(material, alpha);
 }
 
 // Every so many of a sequence are no sequence: sets have parts of it.
 static uint32_t number_in_sequence(const struct spreading *s)
 {
     const uint32_t set = s->next % BD_SURFACE_POINT_SETS, in_set = s->next / BD_SURFACE_POINT_SETS;
-    return only_hides(s) ? set * (BD_SURFACE_POINTS_MAX / BD_SURFACE_POINT_SETS) + in_set : s->next;
+    return only_hides(s) ? set * (BD_SURFACE_POINTS_MAX / BD_SURFACE_POINT_SETS) + in_set
+                         : s->next_of_part;
 }
 
 // Uniform over the triangle (Osada et al. 2002).
@@ -174,7 +215,7 @@ static void add_point(struct spreading *s, const struct place *place, bool is_be
         .normal = f3_scale(place->at.normal, is_behind ? -1 : 1),
         .triangle = place->number,
         .is_two_sided = place->material->double_sided,
-        .number = only_hides(s) ? s->next : 0,
+        .number = only_hides(s) ? s->next : bd_stirred(s->chance + s->next_of_part),
     };
     if (!only_hides(s) && !place->material->unlit)
         to->diffuse =
@@ -183,18 +224,29 @@ static void add_point(struct spreading *s, const struct place *place, bool is_be
                                                    color.rgb, s->how.sends, BD_FROM_EVERYWHERE));
 }
 
-// Where the next point lies on the way through all area, before `s->passed` plus this much.
+// Where the next point lies on the way through the part's area, before `s->passed` plus this much.
 static bool has_next_before(const struct spreading *s, double area)
 {
-    return s->next < s->how.count && (s->next + 0.5) * s->area < (s->passed + area) * s->how.count;
+    const double at = (s->next_of_part + s->start) * s->points->area;
+    return s->next < s->how.count && at < s->passed + area;
 }
 
 static void spread(struct spreading *s, const struct place *place)
 {
     for (int side = 0; side < sides_of(s, place->material); side++) {
-        for (; has_next_before(s, place->at.area); s->next++) add_point(s, place, side == 1);
+        for (; has_next_before(s, place->at.area); s->next++, s->next_of_part++)
+            add_point(s, place, side == 1);
         s->passed += place->at.area;
     }
+}
+
+// In steps of less than a sixtieth, up: where one part's area changes a little, others' points are
+// as many as before.
+#define STEPS_PER_OCTAVE_BITS 17u
+static float area_of_each(double area)
+{
+    const uint32_t last = (1u << STEPS_PER_OCTAVE_BITS) - 1;
+    return f_of_bits((f_bits((float)area) + last) & ~last);
 }
 
 enum bd_err bd_surface_points_init(struct bd_surface_points *points, const struct bd_scene *scene,
@@ -211,7 +263,6 @@ enum bd_err bd_surface_points_init(struct bd_surface_points *points, const struc
         .points = points,
         .scene = scene,
         .space = bd_render_space_of(scene),
-        .sequence = bd_sequence_of(how->seed, 0),
         .how = *how,
         .pause = pause,
         .user = user,
@@ -219,7 +270,7 @@ enum bd_err bd_surface_points_init(struct bd_surface_points *points, const struc
     bd_triangle_order_init(&s.order, scene);
     enum bd_err err = list_parts(&s);
     if (!err) err = visit_all(&s, measure);
-    points->area = (float)(s.area / count);
+    points->area = area_of_each(s.area / count);
     if (!err && s.area > 0) err = visit_all(&s, spread);
     bd_triangle_order_finish(&s.order);
     free(s.parts);
