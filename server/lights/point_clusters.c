@@ -3,49 +3,85 @@
 #include <stdlib.h>
 
 #include "kernel/projected_point.h"
-#include "lights/point_halves.h"
+#include "lights/sequence.h"
 
 // Parts of so few are not divided.
 #define PART_LEAST 4u
+#define PAUSE_FROM 4096u // points
 
-// A part of all points, and its number in the tree.
-struct part {
-    uint32_t number, first, count;
+// Cells along an axis, of a cube about render space, and where that begins: none of its planes lies
+// in a round place, where walls are and rounding would say on which side.
+#define AXIS_BITS 10u
+#define CODE_BITS (3 * AXIS_BITS)
+#define CUBE_FROM 1.0371f
+#define CUBE_SIDE 2.1173f
+
+// Of a code, in each round of sorting.
+#define DIGIT_BITS 10u
+#define DIGITS     (1u << DIGIT_BITS)
+
+struct coded {
+    uint32_t code, point;
 };
+
+// Parts of up to so many points are as large as others.
+#define STEPS_KEPT 4096u
 
 struct clustering {
     struct bd_point_clusters *clusters;
-    struct bd_point_node *nodes;
-    struct part *parts; // of one level of the tree, the largest last
-    uint32_t part_count, next;
-    struct bd_pool *pool;
+    const struct bd_surface_points *points;
+    struct coded *coded, *spare;
+    uint32_t steps[STEPS_KEPT]; // of parts of so many points; 0: not found yet
     enum bd_err (*pause)(void *user);
     void *user;
     enum bd_err err;
 };
 
-static struct part half_of(const struct part *part, bool is_second)
+// --- in order -----------------------------------------------------------------------------------
+
+static uint32_t every_third_bit(uint32_t x)
 {
-    const uint32_t half = part->count / 2;
-    return is_second ? (struct part){2 * part->number + 2, part->first + half, part->count - half}
-                     : (struct part){2 * part->number + 1, part->first, half};
+    x = (x | x << 16) & 0x030000ffu;
+    x = (x | x << 8) & 0x0300f00fu;
+    x = (x | x << 4) & 0x030c30c3u;
+    return (x | x << 2) & 0x09249249u;
 }
 
-static bool has_halves(const struct part *part)
+static uint32_t cell_along(float x)
 {
-    return part->count > PART_LEAST;
+    const float cells = (float)(1u << AXIS_BITS);
+    return (uint32_t)f_min(f_max((x + CUBE_FROM) * (cells / CUBE_SIDE), 0), cells - 1);
 }
 
-// Numbers of parts of so many points are below it.
-static uint32_t numbers_of(uint32_t count)
+static uint32_t code_of(f3 at)
 {
-    uint32_t numbers = 1;
-    for (uint32_t largest = count; largest > PART_LEAST; largest = largest - largest / 2)
-        numbers = 2 * numbers + 1;
-    return numbers;
+    return every_third_bit(cell_along(at.x)) | every_third_bit(cell_along(at.y)) << 1 |
+           every_third_bit(cell_along(at.z)) << 2;
 }
 
-// --- making them --------------------------------------------------------------------------------
+// By the digit, those that are equal as they were.
+static void sort_by(const struct coded *from, struct coded *to, uint32_t count, uint32_t shift)
+{
+    uint32_t first[DIGITS + 1] = {0};
+    for (uint32_t i = 0; i < count; i++) first[(from[i].code >> shift & (DIGITS - 1)) + 1]++;
+    for (uint32_t d = 0; d < DIGITS; d++) first[d + 1] += first[d];
+    for (uint32_t i = 0; i < count; i++)
+        to[first[from[i].code >> shift & (DIGITS - 1)]++] = from[i];
+}
+
+_Static_assert(CODE_BITS == 3 * DIGIT_BITS, "three rounds");
+
+static void put_in_order(struct clustering *c)
+{
+    const uint32_t count = c->points->count;
+    for (uint32_t i = 0; i < count; i++)
+        c->spare[i] = (struct coded){code_of(c->points->points[i].position), i};
+    sort_by(c->spare, c->coded, count, 0);
+    sort_by(c->coded, c->spare, count, DIGIT_BITS);
+    sort_by(c->spare, c->coded, count, 2 * DIGIT_BITS);
+}
+
+// --- parts --------------------------------------------------------------------------------------
 
 static void widen(struct bd_point_box *box, f3 at)
 {
@@ -54,87 +90,111 @@ static void widen(struct bd_point_box *box, f3 at)
     box->most = f3_of(f_max(box->most.x, at.x), f_max(box->most.y, at.y), f_max(box->most.z, at.z));
 }
 
-static struct bd_point_box box_of(const struct bd_point_node *nodes, uint32_t count)
+static struct bd_point_box box_of(const struct clustering *c, uint32_t first, uint32_t count)
 {
-    struct bd_point_box box = {nodes[0].position, nodes[0].position};
-    for (uint32_t i = 1; i < count; i++) widen(&box, nodes[i].position);
+    const f3 at = c->points->points[c->coded[first].point].position;
+    struct bd_point_box box = {at, at};
+    for (uint32_t i = first + 1; i < first + count; i++)
+        widen(&box, c->points->points[c->coded[i].point].position);
     return box;
 }
 
-static void divide_once(const struct clustering *c, const struct part *part)
+// Bits of a code below those that all of some have alike.
+static uint32_t bits_unlike(uint32_t first, uint32_t last)
 {
-    struct bd_point_node *nodes = c->nodes + part->first;
-    c->clusters->boxes[part->number] = box_of(nodes, part->count);
-    if (part->count > 1) bd_point_halves(nodes, part->count, part->count / 2);
+    uint32_t bits = 0;
+    for (uint32_t unlike = first ^ last; unlike; unlike >>= 1) bits++;
+    return bits;
 }
 
-static void divide_whole(const struct clustering *c, const struct part *part)
+// The first of some whose bit is set, which comes after those whose is not; of those in one cell
+// that in the middle.
+static uint32_t second_half(const struct clustering *c, uint32_t first, uint32_t count,
+                            uint32_t bits)
 {
-    divide_once(c, part);
-    if (!has_halves(part)) return;
-    const struct part first = half_of(part, false), second = half_of(part, true);
-    divide_whole(c, &first);
-    divide_whole(c, &second);
-}
-
-static void divide_large(void *user, uint32_t i)
-{
-    const struct clustering *c = user;
-    divide_once(c, &c->parts[c->next + i]);
-}
-
-static void divide_small(void *user, uint32_t i)
-{
-    const struct clustering *c = user;
-    divide_whole(c, &c->parts[c->next + i]);
-}
-
-// As many small parts between two pauses as take no longer than a large one.
-#define SMALL_AT_ONCE 4u
-
-static void divide_parts(struct clustering *c, void (*divide)(void *user, uint32_t i),
-                         uint32_t at_once)
-{
-    const uint32_t most = at_once * bd_pool_thread_count(c->pool);
-    for (c->next = 0; !c->err && c->next < c->part_count; c->next += most) {
-        const uint32_t left = c->part_count - c->next;
-        c->err = c->pause(c->user);
-        if (!c->err) c->err = bd_pool_run(c->pool, left < most ? left : most, divide, NULL, c);
+    if (bits == 0) return first + count / 2;
+    uint32_t end = first + count - 1;
+    while (end - first > 1) {
+        const uint32_t middle = first + (end - first) / 2;
+        *(c->coded[middle].code >> (bits - 1) & 1 ? &end : &first) = middle;
     }
+    return end;
 }
 
-static void go_down(struct clustering *c)
+// The largest quotient of Euclid's algorithm: the larger, the less evenly steps lie in between
+// (three gaps). UINT32_MAX: they come to some points alone.
+static uint32_t unevenness_of(uint32_t step, uint32_t count)
 {
-    for (uint32_t i = c->part_count; i-- > 0;) {
-        const struct part whole = c->parts[i];
-        c->parts[2 * i] = half_of(&whole, false);
-        c->parts[2 * i + 1] = half_of(&whole, true);
+    uint32_t a = count, b = step, largest = 0;
+    while (b > 0) {
+        const uint32_t quotient = a / b, rest = a - quotient * b;
+        largest = quotient > largest ? quotient : largest;
+        a = b;
+        b = rest;
     }
-    c->part_count *= 2;
+    return a == 1 ? largest : UINT32_MAX;
 }
 
-// Level by level where parts are large, so that threads have some each; small ones whole.
-static void divide(struct clustering *c)
+// Of many points less, so that products with how many are drawn have 32 bits.
+#define STEP_MOST 260000u
+#define TRIES     16
+
+// The most even one about the golden section of all.
+static uint32_t find_step(uint32_t count)
 {
-    while (!c->err && c->parts[c->part_count - 1].count >= BD_POINTS_TO_PAUSE) {
-        divide_parts(c, divide_large, 1);
-        go_down(c);
+    const uint32_t golden = (uint32_t)(0.618034f * (float)count + 0.5f);
+    const uint32_t about = golden < STEP_MOST ? golden : STEP_MOST;
+    uint32_t best = 1, least = UINT32_MAX;
+    for (uint32_t i = 0; i < 2 * TRIES; i++) {
+        const uint32_t step = i % 2 ? about + i / 2 : about - i / 2;
+        if (step == 0 || step >= count) continue; // below 0, too
+        const uint32_t unevenness = unevenness_of(step, count);
+        if (unevenness >= least) continue;
+        least = unevenness;
+        best = step;
     }
-    divide_parts(c, divide_small, SMALL_AT_ONCE);
+    return best;
 }
 
-// Parts of a level are alike but for one point: the last that is divided has no part below this.
-static size_t parts_most(uint32_t count)
+static uint32_t step_of(struct clustering *c, uint32_t count)
 {
-    return count / ((BD_POINTS_TO_PAUSE - 1) / 2) + 2;
+    if (count >= STEPS_KEPT) return find_step(count);
+    if (c->steps[count] == 0) c->steps[count] = find_step(count);
+    return c->steps[count];
 }
 
-static void keep_points(struct clustering *c, const struct bd_surface_points *points)
+static void add_part(struct clustering *c, uint32_t first, uint32_t count)
 {
-    for (uint32_t i = 0; i < points->count; i++) {
-        const uint32_t point = c->nodes[i].point;
-        const struct bd_surface_point *from = &points->points[point];
+    if (count >= PAUSE_FROM && !c->err) c->err = c->pause(c->user);
+    if (c->err) return;
+    struct bd_point_part *part = &c->clusters->parts[c->clusters->part_count++];
+    const uint32_t code = c->coded[first].code;
+    const uint32_t bits = bits_unlike(code, c->coded[first + count - 1].code);
+    *part = (struct bd_point_part){.first = first,
+                                   .count = count,
+                                   .step = step_of(c, count),
+                                   .name = bd_stirred((code >> bits) + bits * 0x9e3779b9u)};
+    if (count <= PART_LEAST) {
+        part->box = box_of(c, first, count);
+        return;
+    }
+    const uint32_t second = second_half(c, first, count, bits);
+    add_part(c, first, second - first);
+    part->second = c->clusters->part_count;
+    add_part(c, second, first + count - second);
+    if (c->err) return;
+    part->box = part[1].box;
+    widen(&part->box, c->clusters->parts[part->second].box.least);
+    widen(&part->box, c->clusters->parts[part->second].box.most);
+}
+
+static void keep_points(struct clustering *c)
+{
+    for (uint32_t i = 0; i < c->points->count; i++) {
+        const uint32_t point = c->coded[i].point;
+        const struct bd_surface_point *from = &c->points->points[point];
         c->clusters->order[i] = point;
+        c->clusters->names[i] = from->number;
         c->clusters->points[i] = (struct bd_projected_point){
             .x = from->position.x,
             .y = from->position.y,
@@ -144,38 +204,43 @@ static void keep_points(struct clustering *c, const struct bd_surface_points *po
     }
 }
 
+// Parts are fewer than they might be.
+static void shrink(struct bd_point_clusters *clusters)
+{
+    const size_t bytes = (clusters->part_count + 1) * sizeof *clusters->parts;
+    struct bd_point_part *parts = realloc(clusters->parts, bytes);
+    if (parts) clusters->parts = parts;
+}
+
 enum bd_err bd_point_clusters_init(struct bd_point_clusters *clusters,
-                                   const struct bd_surface_points *points, struct bd_pool *pool,
+                                   const struct bd_surface_points *points,
                                    enum bd_err (*pause)(void *user), void *user,
                                    struct bd_err_detail *detail)
 {
-    const uint32_t count = points->count;
-    struct clustering c = {
-        .clusters = clusters,
-        .nodes = malloc((count + 1) * sizeof *c.nodes),
-        .parts = malloc(parts_most(count) * sizeof *c.parts),
-        .part_count = 1,
-        .pool = pool,
-        .pause = pause,
-        .user = user,
-    };
+    const size_t count = points->count;
+    struct clustering c = {.clusters = clusters,
+                           .points = points,
+                           .coded = malloc((count + 1) * sizeof *c.coded),
+                           .spare = malloc((count + 1) * sizeof *c.spare),
+                           .pause = pause,
+                           .user = user};
     *clusters = (struct bd_point_clusters){
-        .count = count,
+        .count = points->count,
         .area = points->area,
         .points = malloc((count + 1) * sizeof *clusters->points),
         .order = malloc((count + 1) * sizeof *clusters->order),
-        .boxes = malloc(numbers_of(count) * sizeof *clusters->boxes),
+        .names = malloc((count + 1) * sizeof *clusters->names),
+        .parts = malloc((2 * count + 1) * sizeof *clusters->parts),
     };
-    if (!c.nodes || !c.parts || !clusters->points || !clusters->order || !clusters->boxes)
-        c.err = bd_err_set(detail, BD_ERR_NO_MEMORY, "points", "no memory for %u", count);
-    for (uint32_t i = 0; !c.err && i < count; i++)
-        c.nodes[i] = (struct bd_point_node){points->points[i].position, points->points[i].normal,
-                                            i & 0x3fffffffu, 0};
-    if (!c.err) c.parts[0] = (struct part){0, 0, count};
-    if (!c.err && count > 0) divide(&c);
-    if (!c.err) keep_points(&c, points);
-    free(c.nodes);
-    free(c.parts);
+    if (!c.coded || !c.spare || !clusters->points || !clusters->order || !clusters->names ||
+        !clusters->parts)
+        c.err = bd_err_set(detail, BD_ERR_NO_MEMORY, "points", "no memory for %u", points->count);
+    if (!c.err) put_in_order(&c);
+    if (!c.err && count > 0) add_part(&c, 0, points->count);
+    if (!c.err) keep_points(&c);
+    if (!c.err) shrink(clusters);
+    free(c.coded);
+    free(c.spare);
     if (c.err) bd_point_clusters_finish(clusters);
     return c.err;
 }
@@ -184,7 +249,8 @@ void bd_point_clusters_finish(struct bd_point_clusters *clusters)
 {
     free(clusters->points);
     free(clusters->order);
-    free(clusters->boxes);
+    free(clusters->names);
+    free(clusters->parts);
     *clusters = (struct bd_point_clusters){0};
 }
 
@@ -208,13 +274,13 @@ struct heap {
     uint32_t count;
     struct entry {
         float size;
-        struct part part;
+        const struct bd_point_part *part;
     } entries[BD_CLUSTERS_MAX];
 };
 
 static bool comes_before(const struct entry *a, const struct entry *b)
 {
-    return a->size != b->size ? a->size > b->size : a->part.first < b->part.first;
+    return a->size != b->size ? a->size > b->size : a->part->first < b->part->first;
 }
 
 static void swap(struct entry *a, struct entry *b)
@@ -282,13 +348,13 @@ static float roughly(float size)
 
 // At most a solid angle, weighed by the cosine, from somewhere in the box; what it touches is
 // divided by its points.
-static struct entry entry_of(const struct bd_point_clusters *clusters, struct part part,
+static struct entry entry_of(const struct bd_point_clusters *clusters, uint32_t number,
                              const struct bd_point_view *view)
 {
-    const float area = clusters->area * (float)part.count;
-    if (!has_halves(&part)) return (struct entry){0, part};
-    if (!view) return (struct entry){area, part};
-    const struct bd_point_box *box = &clusters->boxes[part.number];
+    const struct bd_point_part *part = &clusters->parts[number];
+    const struct bd_point_box *box = &part->box;
+    const float area = clusters->area * (float)part->count;
+    if (part->second == 0) return (struct entry){0, part};
     const float r2 = f_max(distance2(box, &view->box), clusters->area);
     if (f3_dot(view->normal, view->normal) == 0) return (struct entry){roughly(area / r2), part};
     const float height = f_max(height_over(box, view), 0);
@@ -304,22 +370,42 @@ static int by_first(const void *a, const void *b)
     return (x->first > y->first) - (x->first < y->first);
 }
 
+static void cut_evenly(const struct bd_point_clusters *clusters, uint32_t most,
+                       struct bd_point_cut *cut)
+{
+    cut->count = most < clusters->count ? most : clusters->count;
+    if (cut->count == 0) return;
+    const uint32_t least = clusters->count / cut->count;
+    const uint32_t steps[2] = {find_step(least), find_step(least + 1)};
+    for (uint32_t k = 0, first = 0; k < cut->count; k++) {
+        const uint32_t end = (uint32_t)((uint64_t)clusters->count * (k + 1) / cut->count);
+        const uint32_t count = end - first;
+        cut->clusters[k] =
+            (struct bd_point_cluster){first, count, bd_stirred(k), steps[count - least]};
+        first = end;
+    }
+}
+
 void bd_point_clusters_cut(const struct bd_point_clusters *clusters, uint32_t most,
                            const struct bd_point_view *view, struct bd_point_cut *cut)
 {
     struct heap heap;
     heap.count = 0;
     cut->count = 0;
-    if (clusters->count > 0)
-        push(&heap, entry_of(clusters, (struct part){0, 0, clusters->count}, view));
+    if (!view) {
+        cut_evenly(clusters, most, cut);
+        return;
+    }
+    if (clusters->count > 0) push(&heap, entry_of(clusters, 0, view));
     while (heap.count > 0 && heap.count < most && heap.entries[0].size > 0) {
-        const struct part part = pop(&heap).part;
-        push(&heap, entry_of(clusters, half_of(&part, false), view));
-        push(&heap, entry_of(clusters, half_of(&part, true), view));
+        const struct bd_point_part *part = pop(&heap).part;
+        push(&heap, entry_of(clusters, (uint32_t)(part - clusters->parts) + 1, view));
+        push(&heap, entry_of(clusters, part->second, view));
     }
     for (; cut->count < heap.count; cut->count++) {
-        const struct part *part = &heap.entries[cut->count].part;
-        cut->clusters[cut->count] = (struct bd_point_cluster){part->first, part->count};
+        const struct bd_point_part *part = heap.entries[cut->count].part;
+        cut->clusters[cut->count] =
+            (struct bd_point_cluster){part->first, part->count, part->name, part->step};
     }
     qsort(cut->clusters, cut->count, sizeof *cut->clusters, by_first);
 }
@@ -336,7 +422,7 @@ struct search {
 
 #define FACES_ALIKE 0.7f
 
-static void look_at_points(struct search *s, const struct part *part)
+static void look_at_points(struct search *s, const struct bd_point_part *part)
 {
     for (uint32_t i = part->first; i < part->first + part->count; i++) {
         const struct bd_projected_point *point = &s->clusters->points[i];
@@ -348,35 +434,34 @@ static void look_at_points(struct search *s, const struct part *part)
     }
 }
 
-static float distance2_to(const struct search *s, const struct part *part)
+static float distance2_to(const struct search *s, const struct bd_point_part *part)
 {
     const struct bd_point_box at = {s->position, s->position};
-    return distance2(&s->clusters->boxes[part->number], &at);
+    return distance2(&part->box, &at);
 }
 
-static void look_in(struct search *s, const struct part *part)
+static void look_in(struct search *s, const struct bd_point_part *part)
 {
-    if (!has_halves(part)) {
+    if (part->second == 0) {
         look_at_points(s, part);
         return;
     }
-    const struct part first = half_of(part, false), second = half_of(part, true);
-    const float to_first = distance2_to(s, &first), to_second = distance2_to(s, &second);
+    const struct bd_point_part *first = part + 1, *second = &s->clusters->parts[part->second];
+    const float to_first = distance2_to(s, first), to_second = distance2_to(s, second);
     const bool is_second_nearer = to_second < to_first;
-    if (f_min(to_first, to_second) < s->r2) look_in(s, is_second_nearer ? &second : &first);
-    if (f_max(to_first, to_second) < s->r2) look_in(s, is_second_nearer ? &first : &second);
+    if (f_min(to_first, to_second) < s->r2) look_in(s, is_second_nearer ? second : first);
+    if (f_max(to_first, to_second) < s->r2) look_in(s, is_second_nearer ? first : second);
 }
 
 uint32_t bd_point_clusters_near(const struct bd_point_clusters *clusters, f3 position, f3 normal,
                                 float reach)
 {
-    const struct part all = {0, 0, clusters->count};
     struct search search = {.clusters = clusters,
                             .position = position,
                             .normal = normal,
                             .alike_least = FACES_ALIKE * f3_dot(normal, normal),
                             .r2 = reach * reach,
                             .found = BD_NO_POINT_NEAR};
-    if (clusters->count > 0) look_in(&search, &all);
+    if (clusters->count > 0) look_in(&search, &clusters->parts[0]);
     return search.found;
 }

@@ -1,21 +1,21 @@
-// Points of surfaces in clusters: halves of halves, along the axis in which they reach furthest, as
-// a tree that is not stored but for its boxes. Points of a part lie side by side, neighbours near
-// each other.
+// Points of surfaces in clusters: halves of halves of space, along one axis after the other, as far
+// as points lie in both, down to a 1,024th of all. What is moved changes none that it does not
+// enter or leave: where planes lie is no matter of points. Points of a part lie side by side,
+// neighbours near each other.
 //
-// A cut of it is of as many parts as are asked for: of the same number of points each, as the paper
-// has them, or of the same solid angle as receivers in a box see them, so that what is near is of
-// many (algorithms.md A4).
+// A cut of the tree is of as many parts as are asked for, of the same solid angle as receivers in a
+// box see them, so that what is near is of many (algorithms.md A4); or the points in order are cut
+// into as many of the same number, as the paper has it but for who is whose neighbour.
 //
-// A function of the points. Cost: of making it, all points at every halving, .4 us a point and
-// core; of a cut, a heap of as many parts.
+// A function of the points. Cost: of making it, three rounds of sorting and a walk; of a cut, a
+// heap of as many parts.
 //
-// Maletz, Wang, Bowers 2011; Christensen 2008 (points in a tree). Thread: made by one and the
-// pool's, then read by all.
+// Maletz, Wang, Bowers 2011; Lauterbach et al. 2009 (trees by Morton codes). Thread: made by one,
+// then read by all.
 
 #ifndef BD_LIGHTS_POINT_CLUSTERS_H
 #define BD_LIGHTS_POINT_CLUSTERS_H
 
-#include "base/pool.h"
 #include "lights/surface_points.h"
 #include "shared/projected_points.h"
 
@@ -23,12 +23,22 @@ struct bd_point_box {
     f3 least, most;
 };
 
+// Its halves are the next part and `second`, 0 where it has none. `name`: that it keeps whatever
+// becomes of others. Steps of `step` through it, round and round, come to each of its points once,
+// and wherever they stop have spread over it.
+struct bd_point_part {
+    struct bd_point_box box;
+    uint32_t first, count, second, name, step;
+};
+
 struct bd_point_clusters {
     uint32_t count;
     float area;                        // that each point stands for, render units squared
     struct bd_projected_point *points; // in order
     uint32_t *order;                   // of each which of the points it is
-    struct bd_point_box *boxes;        // of a part and its halves, 2i + 1 and 2i + 2 behind it
+    uint32_t *names;                   // of each, that it keeps whatever becomes of others
+    struct bd_point_part *parts;       // the first is all of them
+    uint32_t part_count;
 };
 
 // From where points are seen: anywhere in a box, over planes with that normal, if they have one.
@@ -49,11 +59,10 @@ struct bd_point_cut {
     struct bd_point_cluster clusters[BD_CLUSTERS_MAX];
 };
 
-// `pause` as in lights/point_tree.h: it is called while the pool is idle. BD_ERR_NO_MEMORY, or what
-// `pause` returns.
+// `pause` as in lights/point_tree.h. BD_ERR_NO_MEMORY, or what `pause` returns.
 BD_MUST_CHECK
 enum bd_err bd_point_clusters_init(struct bd_point_clusters *clusters,
-                                   const struct bd_surface_points *points, struct bd_pool *pool,
+                                   const struct bd_surface_points *points,
                                    enum bd_err (*pause)(void *user), void *user,
                                    struct bd_err_detail *detail);
 void bd_point_clusters_finish(struct bd_point_clusters *clusters);

@@ -134,8 +134,8 @@ static enum bd_err spread_points(struct lighting *l)
 static enum bd_err cluster_points(struct lighting *l)
 {
     bd_slicer_work(l->context.slicer, "point clusters");
-    const enum bd_err err = bd_point_clusters_init(&l->out->clusters, &l->points, l->processor.pool,
-                                                   bd_slicer_pause, l->context.slicer, l->detail);
+    const enum bd_err err = bd_point_clusters_init(&l->out->clusters, &l->points, bd_slicer_pause,
+                                                   l->context.slicer, l->detail);
     return err ? err : bd_slicer_pause(l->context.slicer);
 }
 
@@ -333,8 +333,8 @@ uint64_t bd_lit_points_bytes(const struct bd_lit_points *points)
 {
     const struct bd_point_clusters *c = &points->clusters;
     const uint64_t each =
-        sizeof *c->points + sizeof *c->order + sizeof *c->boxes + 2 * sizeof *points->radiance;
-    return sizeof *points + c->count * each +
+        sizeof *c->points + sizeof *c->order + sizeof *c->names + 2 * sizeof *points->radiance;
+    return sizeof *points + c->count * each + c->part_count * sizeof *c->parts +
            (points->cells ? bd_irradiance_cells_bytes(points->cells) : 0) +
            (points->caustics ? bd_photon_map_bytes(points->caustics) : 0);
 }

@@ -22,7 +22,7 @@ struct bd_point_gather_device {
     const struct bd_point_gather_inputs *inputs;
     bool spread;
     const struct bd_program *program;
-    struct bd_buf *points, *radiance, *texels, *clusters, *askers, *light;
+    struct bd_buf *points, *names, *radiance, *texels, *clusters, *askers, *light;
     // Of a batch.
     const struct bd_receiver_part *part;
     uint32_t first_group;
@@ -79,6 +79,9 @@ static enum bd_err upload_points(struct bd_point_gather_device *d, struct bd_err
     enum bd_err err = bd_buf_create(d->context->gpu, "points", count * sizeof *lit->clusters.points,
                                     lit->clusters.points, &d->points, detail);
     if (!err)
+        err = bd_buf_create(d->context->gpu, "names of points", count * sizeof *lit->clusters.names,
+                            lit->clusters.names, &d->names, detail);
+    if (!err)
         err = bd_buf_create(d->context->gpu, "light of points", 2 * count * sizeof *lit->radiance,
                             lit->radiance, &d->radiance, detail);
     return err;
@@ -125,8 +128,8 @@ void bd_point_gather_device_end(struct bd_point_gather_device **device)
     struct bd_point_gather_device *d = *device;
     *device = NULL;
     if (!d) return;
-    struct bd_buf **bufs[] = {&d->points,   &d->radiance, &d->texels,
-                              &d->clusters, &d->askers,   &d->light};
+    struct bd_buf **bufs[] = {&d->points,   &d->names,  &d->radiance, &d->texels,
+                              &d->clusters, &d->askers, &d->light};
     void *rooms[] = {d->cuts, d->all_clusters, d->all_askers, d->asker_is, d->all_light};
     for (size_t i = 0; i < sizeof bufs / sizeof *bufs; i++)
         bd_buf_destroy(d->context->gpu, bufs[i]);
@@ -207,6 +210,7 @@ static void bind(const struct bd_point_gather_device *d, const struct bd_point_g
                  struct bd_bindings *bindings)
 {
     bd_bind_storage(bindings, BD_STORAGE_POINTS, d->points, true, false);
+    bd_bind_storage(bindings, BD_STORAGE_POINT_NAMES, d->names, true, false);
     bd_bind_storage(bindings, BD_STORAGE_POINT_RADIANCE, d->radiance, true, false);
     bd_bind_storage(bindings, BD_STORAGE_POINT_TEXELS, d->texels, true, false);
     bd_bind_storage(bindings, BD_STORAGE_POINT_CLUSTERS, d->clusters, true, false);

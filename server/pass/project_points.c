@@ -25,7 +25,7 @@ static point_steps steps_of(const struct bd_point_cut *cut, uint32_t cluster, ui
                             uint32_t wanted)
 {
     const struct bd_point_cluster *of = &cut->clusters[cluster];
-    return steps_of_cluster(of->first, of->count, wanted, chance);
+    return steps_of_cluster(of->first, of->count, of->name, of->step, wanted, chance);
 }
 
 typedef void light_row_fn(const struct bd_projector *p, const struct bd_native_place *place,
@@ -37,10 +37,12 @@ static inline void add_points(const struct bd_projector *p, const struct bd_nati
                               const point_steps *steps, float area, uint32_t cluster,
                               light_row_fn *row_is_full, struct bd_projected *seen)
 {
-    for (uint32_t i = 0; i < steps->count; i++) {
-        const uint32_t point = point_of_step(*steps, i);
+    uint32_t at = steps->at;
+    for (uint32_t i = 0; i < steps->count; i++, at = next_place(*steps, at)) {
+        const uint32_t point = steps->first + at;
         const uint32_t lane = seen->row.count++;
         seen->row.points[lane] = p->points->points[point];
+        seen->row.names[lane] = p->points->names[point];
         seen->row.area[lane] = area;
         seen->row_names[lane] = cluster == NO_CLUSTER ? point : cluster;
         if (lane == BD_LANES - 1) row_is_full(p, place, seen);
@@ -67,7 +69,7 @@ static void weigh_clusters(const struct bd_projector *p, const struct bd_point_c
     memset(seen->importance, 0, cut->count * sizeof *seen->importance);
     for (uint32_t k = 0; k < cut->count; k++) {
         const point_steps steps = steps_of(cut, k, chance, p->explore);
-        add_points(p, place, &steps, p->points->area * steps.step, k, weigh_row, seen);
+        add_points(p, place, &steps, p->points->area * steps.part, k, weigh_row, seen);
     }
     weigh_row(p, place, seen);
 }
@@ -158,7 +160,7 @@ static void project_drawn(const struct bd_projector *p, const struct bd_point_cu
 {
     for (uint32_t k = 0; k < cut->count; k++) {
         const point_steps steps = steps_of(cut, k, chance, p->explore + seen->drawn[k]);
-        const float area = p->points->area * steps.step;
+        const float area = p->points->area * steps.part;
         add_points(p, place, &steps, area, NO_CLUSTER, project_row, seen);
     }
 }
@@ -174,18 +176,18 @@ static void project_printed(const struct bd_projector *p, const struct bd_point_
     for (uint32_t k = 0; k < cut->count; k++) sum += seen->importance[k];
     for (uint32_t k = 0; k < cut->count; k++) {
         const point_steps explored = steps_of(cut, k, chance, p->explore);
-        const float each = p->points->area * explored.step;
+        const float each = p->points->area * explored.part;
         add_points(p, place, &explored, each, NO_CLUSTER, project_row, seen);
         if (seen->drawn[k] == 0) continue;
         const point_steps exploited = steps_of(cut, k, ~chance, seen->drawn[k]);
         const float wanted = sum > 0 ? (float)p->exploit * seen->importance[k] / sum : 0;
         const float parts = (float)cut->clusters[k].count / wanted;
-        const float area = p->points->area * (wanted > 0 ? parts : exploited.step);
+        const float area = p->points->area * (wanted > 0 ? parts : exploited.part);
         add_points(p, place, &exploited, area, NO_CLUSTER, project_row, seen);
     }
 }
 
-_Static_assert(BD_MICROBUFFER_SIDE_MAX *BD_MICROBUFFER_SIDE_MAX <= BD_PROJECTED_MOST, "room");
+_Static_assert(BD_PROJECTED_MOST <= BD_MICROBUFFER_SIDE_MAX * BD_MICROBUFFER_SIDE_MAX, "room");
 
 void bd_project_points(const struct bd_projector *p, const struct bd_point_cut *cut,
                        const struct bd_native_place *place, uint32_t chance,

@@ -38,30 +38,40 @@ KERNEL uint chance_of_counts(uint chance)
     return chance ^ 0x6578706cu;
 }
 
-// Points of a cluster in even steps: `from` and `step` in points behind the first.
+// Points of a cluster, one after the other, round and round in its own steps: of more, fewer are
+// the first, so that one more changes none of the others. `at`: the first's place in the cluster.
 STRUCT(point_steps)
 {
-    uint first, last, count;
-    float from, step;
+    uint first, points, at, step, count;
+    float part; // of the cluster that each stands for, in points
 };
 
-// The first is drawn. Where all are taken nothing is left to be drawn, or to be rounded.
-KERNEL point_steps steps_of_cluster(uint first, uint points, uint wanted, uint chance)
+// By the cluster's name and the place's chance. Where all are taken none is left to be drawn, and
+// products of steps have 32 bits.
+KERNEL point_steps steps_of_cluster(uint first, uint points, uint name, uint step, uint wanted,
+                                    uint chance)
 {
+    uint drawn = u_of(part_of_one(stirred(chance ^ name)) * f_of(points));
+    bool is_all = wanted >= points;
     point_steps steps;
     steps.first = first;
-    steps.last = first + points - 1u;
-    steps.count = u_select(wanted < points, wanted, points);
-    steps.step = f_of(points) / f_of(steps.count);
-    float drawn = part_of_one(stirred(chance ^ first * 0x9e3779b9u));
-    steps.from = f_select(wanted < points, drawn * steps.step, 0.0f);
+    steps.points = points;
+    steps.at = u_select(is_all, 0u, u_select(drawn < points, drawn, points - 1u));
+    steps.step = u_select(is_all, 1u, step);
+    steps.count = u_select(is_all, points, wanted);
+    steps.part = f_of(points) / f_of(steps.count);
     return steps;
 }
 
-KERNEL uint point_of_step(point_steps steps, uint i)
+// The place after that one, and the one after so many.
+KERNEL uint next_place(point_steps steps, uint at)
 {
-    uint to = steps.first + u_of(steps.from + f_of(i) * steps.step);
-    return u_select(to < steps.last, to, steps.last);
+    uint next = at + steps.step;
+    return u_select(next < steps.points, next, next - steps.points);
+}
+KERNEL uint place_after(point_steps steps, uint i)
+{
+    return (steps.at + i * steps.step) % steps.points;
 }
 
 #endif

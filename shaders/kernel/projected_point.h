@@ -85,24 +85,33 @@ KERNEL float texels_of_point_printed(float facing, float r2, float area, float s
 // its edge each point would, and all together many times what it has. Four times as often as it
 // would be right leaves no holes in what is seen from its front, whose points are many in a texel.
 #define KEPT_OFTEN 2.0f
-KERNEL bool is_point_kept(uint slot, uint chance, float texels)
+KERNEL bool is_point_kept(uint drawn, float texels)
 {
-    uint drawn = (slot * 0x9e3779b9u ^ chance) * 0x85ebca6bu;
-    drawn = (drawn ^ drawn >> 13u) * 0xc2b2ae35u;
     return part_of_one(drawn) < KEPT_OFTEN * texels;
+}
+
+// What a point draws, by its name and the place's chance: whichever others are projected, and in
+// whatever order.
+KERNEL uint drawn_by_point(uint name, uint chance)
+{
+    uint drawn = (name ^ chance) * 0x85ebca6bu;
+    drawn = (drawn ^ drawn >> 13u) * 0xc2b2ae35u;
+    return drawn ^ drawn >> 16u;
 }
 
 // --- what a texel keeps -------------------------------------------------------------------------
 
-// Of those that cover it the least: distance, to 1 in 32,768, before the point's slot, so that it
-// is the same in whatever order they come (A4, I4). The bits of a float are nearly its logarithm:
-// those of r^2 from 2^-58 to 2^6.
+// Of those that cover it the least: distance, to 1 in 2,048, before what the point drew, so that
+// it is the same in whatever order they come, and whichever others do (A4, I4). The points of a
+// wall are all as far off, along a texel's way. The bits of a float are nearly its logarithm: those
+// of r^2 from 2^-58 to 2^6.
 #define NO_POINT     0xffffffffu
-#define SLOT_BITS    12u
-#define SLOT_MASK    4095u
+#define SLOT_BITS    10u
+#define SLOT_MASK    1023u
+#define DRAWN_MASK   63u
 #define NEAREST_R2   3.469446951953614e-18f
 #define NEAREST_BITS 0x22800000u
-#define FARTHEST_R2  63.99f
+#define FARTHEST_R2  63.9f
 
 // Of a point's plane the square of how far off it is along a way, rather than of the point: or a
 // slanted surface would be its near end. `facing` as above, `falls` the normal times the way, which
@@ -113,7 +122,8 @@ KERNEL float distance2_of_plane(float facing, float r2, float falls, float way2)
     return f_min(f_max(along, 0.25f * r2), 4.0f * r2);
 }
 
-// Slots in no order of place: of those as far off, any may be kept. 0 is the only one that is 0.
+// Slots in no order of place: of those that drew alike, any may be kept. 0 is the only one that
+// is 0.
 KERNEL uint stirred_slot(uint slot)
 {
     return slot * 2745u & SLOT_MASK;
@@ -121,13 +131,13 @@ KERNEL uint stirred_slot(uint slot)
 
 KERNEL uint slot_of_stirred(uint slot)
 {
-    return slot * 2953u & SLOT_MASK;
+    return slot * 905u & SLOT_MASK;
 }
 
-KERNEL uint key_of_point(float r2, uint slot)
+KERNEL uint key_of_point(float r2, uint drawn, uint slot)
 {
     uint bits = f_bits(f_min(f_max(r2, NEAREST_R2), FARTHEST_R2)) - NEAREST_BITS;
-    return (bits >> 9u) << SLOT_BITS | slot;
+    return bits >> 13u << 16u | (drawn & DRAWN_MASK) << SLOT_BITS | slot;
 }
 
 // Texels from the first to before the end, whole numbers, and the key that each may keep: NO_POINT
@@ -139,9 +149,9 @@ STRUCT(point_square)
 };
 
 // `to` the way to the point and `normal` that of its disk, in the map's axes; `facing` their
-// product.
+// product; `drawn`: by the point.
 KERNEL point_square square_of_point(f3 to, f3 normal, float facing, float area, float side,
-                                    bool as_printed, uint slot, uint chance)
+                                    bool as_printed, uint slot, uint drawn)
 {
     float r2 = f_max(f3_dot(to, to), NEAREST_R2), faces = f_abs(facing);
     float per_sum = 1.0f / f_max(f_abs(to.x) + f_abs(to.y) + f_abs(to.z), 1e-18f);
@@ -159,10 +169,10 @@ KERNEL point_square square_of_point(f3 to, f3 normal, float facing, float area, 
     f3 middle = way_of_place((f_floor(u) + 0.5f) * places_of_texel - 1.0f,
                              (f_floor(v) + 0.5f) * places_of_texel - 1.0f);
     float plane2 = distance2_of_plane(facing, r2, f3_dot(normal, middle), f3_dot(middle, middle));
-    bool is_kept = b_or(as_printed, is_point_kept(slot, chance, texels));
+    bool is_kept = b_or(as_printed, is_point_kept(drawn, texels));
     bool covers = b_and(is_point_seen(to.z, facing, r2), is_kept);
     float far2 = f_select(as_printed, r2, plane2);
-    square.key = u_select(covers, key_of_point(far2, slot), NO_POINT);
+    square.key = u_select(covers, key_of_point(far2, drawn, slot), NO_POINT);
     return square;
 }
 

@@ -119,6 +119,7 @@
 #define BD_STORAGE_POINT_CLUSTERS 3
 #define BD_STORAGE_POINT_ASKERS   4
 #define BD_STORAGE_POINT_LIGHT    5
+#define BD_STORAGE_POINT_NAMES    6
 
 // Storage blocks of receivers, beside BD_STORAGE_FRAGMENTS.
 #define BD_STORAGE_RECEIVERS        3

@@ -6,7 +6,7 @@
 #include "shared/types.h"
 
 // Of a map: slots of points, and texels along a side, an even number.
-#define BD_PROJECTED_MOST       4096u
+#define BD_PROJECTED_MOST       1024u
 #define BD_MICROBUFFER_SIDE_MIN 16u
 #define BD_MICROBUFFER_SIDE_MAX 64u
 // Of a cut.
@@ -39,6 +39,7 @@ struct bd_projected_point {
 };
 struct bd_point_cluster {
     uint32_t first, count; // at least one
+    uint32_t name, step;
 };
 struct bd_point_texel {
     struct bd_vec4 weight, way_solid_angle;
@@ -59,7 +60,7 @@ struct bd_point_light {
     float noise[3], unused_1;
 };
 _Static_assert(sizeof(struct bd_projected_point) == 16, "std430 size");
-_Static_assert(sizeof(struct bd_point_cluster) == 8, "std430 size");
+_Static_assert(sizeof(struct bd_point_cluster) == 16, "std430 size");
 _Static_assert(sizeof(struct bd_point_texel) == 16 * BD_TEXEL_VEC4S, "std430 size");
 _Static_assert(sizeof(struct bd_point_asker) == 16 * BD_POINT_ASKER_UVEC4S, "std430 size");
 _Static_assert(sizeof(struct bd_point_light) == 16 * BD_POINT_LIGHT_VEC4S, "std430 size");

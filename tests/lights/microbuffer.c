@@ -131,19 +131,21 @@ static void even_texels_lose_some(void **state)
     bd_microbuffer_finish(&map);
 }
 
-// Two layers a ten-thousandth apart are told apart from 1e-8 to 4 units; of those at one distance
-// the lower slot is kept.
+// Two layers a thousandth apart are told apart from 1e-8 to 4 units, whatever they drew; of those
+// at one distance what drew less is kept, and of those that drew alike the lower slot.
 static void keys_are_in_order(void **state)
 {
     (void)state;
     for (float r = 1e-8f; r < 4; r *= 1.7f) {
-        const float beyond = r * 1.0001f;
-        assert_true(key_of_point(r * r, 4095) < key_of_point(beyond * beyond, 0));
-        assert_true(key_of_point(r * r, 7) < key_of_point(r * r, 8));
-        assert_true(key_of_point(r * r, 4095) != NO_POINT);
+        const float beyond = r * 1.001f;
+        assert_true(key_of_point(r * r, DRAWN_MASK, SLOT_MASK) <
+                    key_of_point(beyond * beyond, 0, 0));
+        assert_true(key_of_point(r * r, 7, SLOT_MASK) < key_of_point(r * r, 8, 0));
+        assert_true(key_of_point(r * r, 7, 7) < key_of_point(r * r, 7, 8));
+        assert_true(key_of_point(r * r, DRAWN_MASK, SLOT_MASK) != NO_POINT);
     }
-    assert_true(key_of_point(0, 1) < key_of_point(1, 0));
-    assert_true(key_of_point(1e30f, 0) < NO_POINT);
+    assert_true(key_of_point(0, 0, 1) < key_of_point(1, 0, 0));
+    assert_true(key_of_point(1e30f, UINT32_MAX, SLOT_MASK) < NO_POINT);
 }
 
 static void normals_come_back(void **state)

@@ -1,6 +1,6 @@
 // Points in clusters (lights/point_clusters.h): cuts hold all of them, even ones as many each,
-// those of a view many where it is near and none below its plane; the nearest point is that of a
-// search through all; and threads change nothing.
+// those of a view many where it is near and none below its plane; and the nearest point is that of
+// a search through all.
 
 #include <math.h>
 #include <stdlib.h>
@@ -25,10 +25,9 @@ static float chance(uint32_t number)
 }
 
 // In a box of side 2; facing along one of its axes.
-static void make_by(uint32_t threads, struct bd_point_clusters *clusters, uint32_t count)
+static void make(struct bd_point_clusters *clusters, uint32_t count)
 {
     struct bd_err_detail detail;
-    struct bd_pool *pool = bd_pool_create(threads);
     struct bd_surface_points points = {
         .count = count, .area = 1e-3f, .points = calloc(count + 1, sizeof *points.points)};
     assert_non_null(points.points);
@@ -38,15 +37,8 @@ static void make_by(uint32_t threads, struct bd_point_clusters *clusters, uint32
             f3_of(2 * chance(3 * i) - 1, 2 * chance(3 * i + 1) - 1, 2 * chance(3 * i + 2) - 1);
         points.points[i].normal = normals[i % 3];
     }
-    assert_int_equal(bd_point_clusters_init(clusters, &points, pool, go_on, NULL, &detail),
-                     BD_ERR_OK);
+    assert_int_equal(bd_point_clusters_init(clusters, &points, go_on, NULL, &detail), BD_ERR_OK);
     free(points.points);
-    bd_pool_destroy(&pool);
-}
-
-static void make(struct bd_point_clusters *clusters, uint32_t count)
-{
-    make_by(2, clusters, count);
 }
 
 static void check_whole(const struct bd_point_clusters *clusters, const struct bd_point_cut *cut)
@@ -122,7 +114,7 @@ static void views_have_much_of_what_is_near(void **state)
         const uint32_t middle = cut.clusters[i].first + cut.clusters[i].count / 2;
         const float distance = distance_to(&clusters, middle, at);
         const double count = cut.clusters[i].count;
-        if (clusters.points[middle].z < -.3f)
+        if (clusters.points[middle].z < 0)
             below += count, belows++;
         else if (clusters.points[middle].z > .3f && distance < .5f)
             near += count, nears++;
@@ -132,6 +124,84 @@ static void views_have_much_of_what_is_near(void **state)
     assert_true(nears > 50);
     assert_true(near / nears * 8 < far / fars);
     assert_true(below / belows > 20 * near / nears);
+    bd_point_clusters_finish(&clusters);
+}
+
+static void make_moved(struct bd_point_clusters *clusters, float by)
+{
+    struct bd_err_detail detail;
+    struct bd_surface_points points = {
+        .count = COUNT, .area = 1e-3f, .points = calloc(COUNT, sizeof *points.points)};
+    assert_non_null(points.points);
+    for (uint32_t i = 0; i < COUNT; i++) {
+        const f3 at =
+            f3_of(2 * chance(3 * i) - 1, 2 * chance(3 * i + 1) - 1, 2 * chance(3 * i + 2) - 1);
+        const bool is_moved = i % 10 == 0 && at.x < -.5f;
+        points.points[i].position = is_moved ? f3_of(at.x + by, at.y, at.z) : at;
+        points.points[i].normal = f3_of(0, 0, 1);
+        points.points[i].number = bd_stirred(i);
+    }
+    assert_int_equal(bd_point_clusters_init(clusters, &points, go_on, NULL, &detail), BD_ERR_OK);
+    free(points.points);
+}
+
+static bool has_cluster(const struct bd_point_cut *cut, const struct bd_point_cluster *as)
+{
+    for (uint32_t i = 0; i < cut->count; i++)
+        if (cut->clusters[i].name == as->name) return cut->clusters[i].count == as->count;
+    return false;
+}
+
+// Of a quarter of space a tenth of the points goes a hundredth on: clusters elsewhere are the same.
+static void what_moves_changes_no_clusters_elsewhere(void **state)
+{
+    (void)state;
+    struct bd_point_clusters clusters, moved;
+    struct bd_point_cut cut, other;
+    const f3 at = f3_of(.5f, .5f, -1);
+    const struct bd_point_view view = {{at, at}, {0, 0, 1}};
+    uint32_t elsewhere = 0, changed = 0;
+    make_moved(&clusters, 0);
+    make_moved(&moved, .01f);
+    bd_point_clusters_cut(&clusters, 512, &view, &cut);
+    bd_point_clusters_cut(&moved, 512, &view, &other);
+    for (uint32_t i = 0; i < cut.count; i++) {
+        const uint32_t middle = cut.clusters[i].first + cut.clusters[i].count / 2;
+        if (clusters.points[middle].x < -.25f) continue;
+        elsewhere++;
+        changed += !has_cluster(&other, &cut.clusters[i]);
+    }
+    assert_true(elsewhere > 300);
+    assert_in_range(changed, 0, 6);
+    bd_point_clusters_finish(&clusters);
+    bd_point_clusters_finish(&moved);
+}
+
+// Wherever they stop: no gap between those that were come to is three times as wide as if they were
+// even.
+static void steps_spread_and_come_to_all(void **state)
+{
+    (void)state;
+    struct bd_point_clusters clusters;
+    make(&clusters, COUNT);
+    for (uint32_t p = 0; p < clusters.part_count; p++) {
+        const uint32_t count = clusters.parts[p].count, step = clusters.parts[p].step;
+        bool *was = calloc(count, sizeof *was);
+        assert_non_null(was);
+        for (uint32_t i = 0, at = 0; i < count; i++, at = (at + step) % count) {
+            assert_false(was[at]);
+            was[at] = true;
+            if (count < 64 || i != count / 7) continue;
+            uint32_t gap = 0;
+            for (uint32_t k = 0, last = 0; k < count; k++) {
+                if (!was[k]) continue;
+                gap = k - last > gap ? k - last : gap;
+                last = k;
+            }
+            assert_true(gap < 3 * 8);
+        }
+        free(was);
+    }
     bd_point_clusters_finish(&clusters);
 }
 
@@ -170,26 +240,15 @@ static void the_nearest_faces_alike(void **state)
     bd_point_clusters_finish(&clusters);
 }
 
-static void threads_change_nothing(void **state)
-{
-    (void)state;
-    struct bd_point_clusters one, five;
-    make_by(1, &one, COUNT);
-    make_by(5, &five, COUNT);
-    assert_memory_equal(one.order, five.order, COUNT * sizeof *one.order);
-    assert_memory_equal(one.points, five.points, COUNT * sizeof *one.points);
-    bd_point_clusters_finish(&one);
-    bd_point_clusters_finish(&five);
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_point_is_there_once),
         cmocka_unit_test(even_cuts_have_as_many_each),
         cmocka_unit_test(views_have_much_of_what_is_near),
+        cmocka_unit_test(what_moves_changes_no_clusters_elsewhere),
+        cmocka_unit_test(steps_spread_and_come_to_all),
         cmocka_unit_test(the_nearest_faces_alike),
-        cmocka_unit_test(threads_change_nothing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -24,10 +24,7 @@ static enum bd_err go_on(void *user)
 static void cluster(struct bd_point_clusters *clusters, const struct bd_surface_points *points)
 {
     struct bd_err_detail detail;
-    struct bd_pool *pool = bd_pool_create(2);
-    assert_int_equal(bd_point_clusters_init(clusters, points, pool, go_on, NULL, &detail),
-                     BD_ERR_OK);
-    bd_pool_destroy(&pool);
+    assert_int_equal(bd_point_clusters_init(clusters, points, go_on, NULL, &detail), BD_ERR_OK);
 }
 
 // Evenly over a sphere about the origin, facing inwards (Fibonacci).
@@ -43,6 +40,7 @@ static void make_sphere(struct bd_point_clusters *clusters, float radius)
         const f3 way = f3_of(across * cosf(turn), across * sinf(turn), z);
         points.points[i].position = f3_scale(way, radius);
         points.points[i].normal = f3_scale(way, -1);
+        points.points[i].number = bd_stirred(i);
     }
     cluster(clusters, &points);
     free(points.points);
@@ -154,6 +152,7 @@ static void a_surface_seen_from_its_edge_is_thin(void **state)
         const f3 way = f3_sub(at, from);
         const double r2 = (double)f3_dot(way, way);
         points.points[i].position = at;
+        points.points[i].number = bd_stirred(i);
         points.points[i].normal = f3_of(0, 0, 1);
         exact += (double)points.area * (double)way.x * -(double)way.z / (r2 * r2);
     }

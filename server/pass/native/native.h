@@ -173,6 +173,7 @@ struct bd_native_place {
 // nothing.
 struct bd_native_points {
     struct bd_projected_point points[BD_LANES];
+    uint32_t names[BD_LANES]; // that points keep, by which they draw
     float area[BD_LANES];
     uint32_t count;
 };

@@ -66,7 +66,8 @@ void WIDE(bd_native_weigh_points)(const struct bd_native_place *place,
         weigh(&ways, points->area, false, importance);
 }
 
-static inline void cover(const struct ways *restrict ways, const float *restrict area, float side,
+static inline void cover(const struct ways *restrict ways,
+                         const struct bd_native_points *restrict points, float side,
                          bool as_printed, uint32_t first_slot, uint32_t chance,
                          struct squares *restrict squares)
 {
@@ -75,8 +76,9 @@ static inline void cover(const struct ways *restrict ways, const float *restrict
         const f3 to = f3_of(ways->x[i], ways->y[i], ways->z[i]);
         const f3 normal = f3_of(ways->normal_x[i], ways->normal_y[i], ways->normal_z[i]);
         const uint slot = stirred_slot(first_slot + (uint32_t)i);
-        const point_square square =
-            square_of_point(to, normal, ways->facing[i], area[i], side, as_printed, slot, chance);
+        const uint drawn = drawn_by_point(points->names[i], chance);
+        const point_square square = square_of_point(to, normal, ways->facing[i], points->area[i],
+                                                    side, as_printed, slot, drawn);
         squares->first_u[i] = (int32_t)square.first_u;
         squares->first_v[i] = (int32_t)square.first_v;
         squares->end_u[i] = (int32_t)square.end_u;
@@ -116,9 +118,9 @@ void WIDE(bd_native_project)(const struct bd_native_place *place,
     struct squares squares;
     look(place, points, &ways);
     if (map->as_printed)
-        cover(&ways, points->area, (float)map->side, true, first_slot, place->chance, &squares);
+        cover(&ways, points, (float)map->side, true, first_slot, place->chance, &squares);
     else
-        cover(&ways, points->area, (float)map->side, false, first_slot, place->chance, &squares);
+        cover(&ways, points, (float)map->side, false, first_slot, place->chance, &squares);
     LANES(i) turns_away[i] = ways.facing[i] >= 0.0f;
     for (size_t i = 0; i < points->count; i++)
         if (squares.key[i] != NO_POINT) keep_square(&squares, i, map->side, map->keys);

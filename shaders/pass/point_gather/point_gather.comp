@@ -12,9 +12,10 @@
 layout(local_size_x = 128) in;
 layout(std140, binding = BD_UNIFORM_ARGS) uniform args_block { bd_point_gather_args args; };
 layout(std430, binding = BD_STORAGE_POINTS) readonly buffer point_block { uvec4 points[]; };
+layout(std430, binding = BD_STORAGE_POINT_NAMES) readonly buffer name_block { uint names[]; };
 layout(std430, binding = BD_STORAGE_POINT_RADIANCE) readonly buffer radiance_block { float radiance[]; };
 layout(std430, binding = BD_STORAGE_POINT_TEXELS) readonly buffer texel_block { vec4 texels[]; };
-layout(std430, binding = BD_STORAGE_POINT_CLUSTERS) readonly buffer cluster_block { uvec2 clusters[]; };
+layout(std430, binding = BD_STORAGE_POINT_CLUSTERS) readonly buffer cluster_block { uvec4 clusters[]; };
 layout(std430, binding = BD_STORAGE_POINT_ASKERS) readonly buffer asker_block { uvec4 askers[]; };
 layout(std430, binding = BD_STORAGE_POINT_LIGHT) writeonly buffer light_block { vec4 light[]; };
 
@@ -58,14 +59,14 @@ void look(asking a, uint point, out vec3 to, out vec3 normal)
 
 float importance_of(asking a, uint cluster)
 {
-    uvec2 of = clusters[a.first_cluster + cluster];
-    point_steps steps = steps_of_cluster(of.x, of.y, args.explore, a.chance);
+    uvec4 of = clusters[a.first_cluster + cluster];
+    point_steps steps = steps_of_cluster(of.x, of.y, of.z, of.w, args.explore, a.chance);
     float sum = 0.0;
-    for (uint i = 0u; i < steps.count; i++) {
+    for (uint i = 0u, at = steps.at; i < steps.count; i++, at = next_place(steps, at)) {
         vec3 to, normal;
-        look(a, point_of_step(steps, i), to, normal);
+        look(a, steps.first + at, to, normal);
         float r2 = max(dot(to, to), NEAREST_R2), facing = dot(normal, to);
-        if (is_point_seen(to.z, facing, r2)) sum += importance_of_point(to.z, abs(facing), r2, args.area * steps.step);
+        if (is_point_seen(to.z, facing, r2)) sum += importance_of_point(to.z, abs(facing), r2, args.area * steps.part);
     }
     return sum;
 }
@@ -164,9 +165,9 @@ drawn_point point_of(asking a, uint drawn)
 {
     uint k = cluster_of(drawn, a.cluster_count);
     uint before = k > 0u ? drawn_until(k - 1u) : 0u;
-    uvec2 of = clusters[a.first_cluster + k];
-    point_steps steps = steps_of_cluster(of.x, of.y, drawn_until(k) - before, a.chance);
-    return drawn_point(point_of_step(steps, drawn - before), args.area * steps.step);
+    uvec4 of = clusters[a.first_cluster + k];
+    point_steps steps = steps_of_cluster(of.x, of.y, of.z, of.w, drawn_until(k) - before, a.chance);
+    return drawn_point(steps.first + place_after(steps, drawn - before), args.area * steps.part);
 }
 
 void project(asking a, uint drawn, uint slot)
@@ -175,7 +176,7 @@ void project(asking a, uint drawn, uint slot)
     vec3 to, normal;
     look(a, at.point, to, normal);
     point_square square = square_of_point(to, normal, dot(normal, to), at.area, float(BD_SIDE), false,
-                                          stirred_slot(slot), a.chance);
+                                          stirred_slot(slot), drawn_by_point(names[at.point], a.chance));
     if (square.key == NO_POINT) return;
     for (float v = square.first_v; v < square.end_v; v++)
         for (float u = square.first_u; u < square.end_u; u++) atomicMin(map[uint(v) * uint(BD_SIDE) + uint(u)], square.key);
