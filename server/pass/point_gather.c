@@ -31,6 +31,8 @@ struct gathering {
     bool spread;
     struct bd_point_gather_device *device; // or NULL
     const struct bd_receiver_part *part;
+    struct bd_receiver_sets sets;
+    struct bd_err_detail *detail;
 };
 
 // --- what texels hold ---------------------------------------------------------------------------
@@ -145,21 +147,23 @@ static void light_receiver(const struct gathering *g, const struct bd_point_cut 
         g->part->light[group].spread[lane] += sum_spread(g, &place, blocks, lane, seen);
 }
 
-// --- a group ------------------------------------------------------------------------------------
+// --- a set --------------------------------------------------------------------------------------
 
-static void light_group(void *user, uint32_t group)
+static void light_set(void *user, uint32_t number)
 {
     const struct gathering *g = user;
+    const struct bd_receiver_set set = bd_receiver_set_at(&g->sets, number);
     struct bd_projected *seen = malloc(sizeof *seen);
     struct bd_point_surfaces surfaces;
     struct bd_point_cut cut;
     BD_ASSERT(seen);
-    bd_point_surfaces_of(g->part, group, &surfaces);
+    bd_point_surfaces_of(g->part, &set, &surfaces);
     for (uint32_t k = 0; k < surfaces.count; k++) {
         bd_point_clusters_cut(&g->inputs->points->clusters, g->inputs->clusters,
                               g->inputs->as_printed ? NULL : &surfaces.about[k].view, &cut);
-        for (uint32_t lane = 0; lane < BD_LANES; lane++)
-            if (surfaces.of_lane[lane] == k) light_receiver(g, &cut, group, lane, seen);
+        for (uint32_t i = 0; i < set.count; i++)
+            if (surfaces.of_place[i] == k)
+                light_receiver(g, &cut, set.places[i] / BD_LANES, set.places[i] % BD_LANES, seen);
     }
     free(seen);
 }
@@ -172,14 +176,22 @@ double bd_point_gather_units(const struct bd_point_gather_inputs *inputs)
     return UNITS_PER_POINT * points + UNITS_PER_TEXEL * inputs->side * inputs->side;
 }
 
+static enum bd_err light_sets(struct gathering *g)
+{
+    if (g->device) return bd_point_gather_device_light(g->device, g->part, &g->sets);
+    bd_slicer_work(g->context.slicer, "project");
+    return bd_receivers_each(&g->context, g->sets.count,
+                             bd_point_gather_units(g->inputs) * BD_SET_MOST, light_set, g);
+}
+
 static enum bd_err light_part(void *user, const struct bd_receiver_part *part)
 {
     struct gathering *g = user;
     g->part = part;
-    if (g->device) return bd_point_gather_device_light(g->device, part);
-    bd_slicer_work(g->context.slicer, "project");
-    return bd_receivers_each(&g->context, part->group_count,
-                             bd_point_gather_units(g->inputs) * BD_LANES, light_group, g);
+    enum bd_err err = bd_receiver_sets_init(&g->sets, part, g->detail);
+    if (!err) err = light_sets(g);
+    bd_receiver_sets_finish(&g->sets);
+    return err;
 }
 
 // What is printed is compared, and the processor's.
@@ -206,6 +218,7 @@ static enum bd_err run(const struct bd_pass_context *context,
                       .as_printed = inputs->as_printed},
         .spread = receivers->spread,
         .white = inputs->as_printed ? white_of(inputs->points) : 0,
+        .detail = detail,
     };
     g.context.processor = &g.processor;
     g.projector.loops = g.processor.loops;

@@ -7,12 +7,12 @@
 #include "pass/point_surfaces.h"
 #include "shared/bindings.h"
 
-// Groups that are cut before the device lights them.
-#define GROUPS_AT_ONCE 64u
-#define ASKERS_AT_ONCE (GROUPS_AT_ONCE * BD_LANES)
+// Sets that are cut before the device lights them.
+#define SETS_AT_ONCE   64u
+#define ASKERS_AT_ONCE (SETS_AT_ONCE * BD_SET_MOST)
 
-// Of a group the cut of each of its surfaces.
-struct group_cuts {
+// Of a set the cut of each of its surfaces.
+struct set_cuts {
     struct bd_point_surfaces surfaces;
     struct bd_point_cut of[BD_POINT_SURFACES_MAX];
 };
@@ -25,8 +25,9 @@ struct bd_point_gather_device {
     struct bd_buf *points, *names, *radiance, *texels, *clusters, *askers, *light;
     // Of a batch.
     const struct bd_receiver_part *part;
-    uint32_t first_group;
-    struct group_cuts *cuts;
+    const struct bd_receiver_sets *sets;
+    uint32_t first_set;
+    struct set_cuts *cuts;
     struct bd_point_cluster *all_clusters;
     struct bd_point_asker *all_askers;
     uint32_t *asker_is; // which receiver of the part
@@ -37,12 +38,12 @@ struct bd_point_gather_device {
 
 static size_t most_clusters(const struct bd_point_gather_device *d)
 {
-    return (size_t)GROUPS_AT_ONCE * BD_POINT_SURFACES_MAX * d->inputs->clusters;
+    return (size_t)SETS_AT_ONCE * BD_POINT_SURFACES_MAX * d->inputs->clusters;
 }
 
 static enum bd_err make_room(struct bd_point_gather_device *d, struct bd_err_detail *detail)
 {
-    d->cuts = malloc(GROUPS_AT_ONCE * sizeof *d->cuts);
+    d->cuts = malloc(SETS_AT_ONCE * sizeof *d->cuts);
     d->all_clusters = malloc(most_clusters(d) * sizeof *d->all_clusters);
     d->all_askers = malloc(ASKERS_AT_ONCE * sizeof *d->all_askers);
     d->asker_is = malloc(ASKERS_AT_ONCE * sizeof *d->asker_is);
@@ -139,19 +140,20 @@ void bd_point_gather_device_end(struct bd_point_gather_device **device)
 
 // --- who asks -----------------------------------------------------------------------------------
 
-static void cut_group(void *user, uint32_t i)
+static void cut_set(void *user, uint32_t i)
 {
     const struct bd_point_gather_device *d = user;
-    struct group_cuts *cuts = &d->cuts[i];
-    bd_point_surfaces_of(d->part, d->first_group + i, &cuts->surfaces);
+    const struct bd_receiver_set set = bd_receiver_set_at(d->sets, d->first_set + i);
+    struct set_cuts *cuts = &d->cuts[i];
+    bd_point_surfaces_of(d->part, &set, &cuts->surfaces);
     for (uint32_t k = 0; k < cuts->surfaces.count; k++)
         bd_point_clusters_cut(&d->inputs->points->clusters, d->inputs->clusters,
                               &cuts->surfaces.about[k].view, &cuts->of[k]);
 }
 
-static struct bd_point_asker asker_of(const struct bd_point_gather_device *d, uint32_t group,
-                                      uint32_t lane)
+static struct bd_point_asker asker_of(const struct bd_point_gather_device *d, uint32_t place_of)
 {
+    const uint32_t group = place_of / BD_LANES, lane = place_of % BD_LANES;
     const struct bd_ray_starts *starts = &d->part->starts[group];
     const struct bd_receivers *receivers = &d->part->receivers[group];
     const struct bd_native_place place = bd_point_gather_place(d->inputs, starts, lane);
@@ -175,26 +177,27 @@ struct filled {
 static void add_surface(struct bd_point_gather_device *d, uint32_t i, uint32_t surface,
                         struct filled *filled)
 {
+    const struct bd_receiver_set set = bd_receiver_set_at(d->sets, d->first_set + i);
     const struct bd_point_cut *cut = &d->cuts[i].of[surface];
-    const uint32_t first_cluster = filled->clusters, group = d->first_group + i;
+    const uint32_t first_cluster = filled->clusters;
     for (uint32_t k = 0; k < cut->count; k++)
         d->all_clusters[filled->clusters++] = cut->clusters[k];
-    for (uint32_t lane = 0; lane < BD_LANES; lane++) {
-        if (d->cuts[i].surfaces.of_lane[lane] != surface) continue;
-        struct bd_point_asker asker = asker_of(d, group, lane);
+    for (uint32_t place = 0; place < set.count; place++) {
+        if (d->cuts[i].surfaces.of_place[place] != surface) continue;
+        struct bd_point_asker asker = asker_of(d, set.places[place]);
         asker.first_cluster = first_cluster;
         asker.cluster_count = cut->count;
-        d->asker_is[filled->askers] = group * BD_LANES + lane;
+        d->asker_is[filled->askers] = set.places[place];
         d->all_askers[filled->askers++] = asker;
     }
 }
 
-static enum bd_err list_askers(struct bd_point_gather_device *d, uint32_t group_count,
+static enum bd_err list_askers(struct bd_point_gather_device *d, uint32_t set_count,
                                uint32_t *count)
 {
     struct filled filled = {0};
-    const enum bd_err err = bd_pool_run(d->inputs->pool, group_count, cut_group, NULL, d);
-    for (uint32_t i = 0; !err && i < group_count; i++)
+    const enum bd_err err = bd_pool_run(d->inputs->pool, set_count, cut_set, NULL, d);
+    for (uint32_t i = 0; !err && i < set_count; i++)
         for (uint32_t k = 0; k < d->cuts[i].surfaces.count; k++) add_surface(d, i, k, &filled);
     bd_buf_upload(d->context->gpu, d->clusters, 0, d->all_clusters,
                   filled.clusters * sizeof *d->all_clusters);
@@ -259,18 +262,19 @@ static enum bd_err keep_light(const struct bd_point_gather_device *d, uint32_t c
 }
 
 enum bd_err bd_point_gather_device_light(struct bd_point_gather_device *d,
-                                         const struct bd_receiver_part *part)
+                                         const struct bd_receiver_part *part,
+                                         const struct bd_receiver_sets *sets)
 {
     enum bd_err err = BD_ERR_OK;
     d->part = part;
+    d->sets = sets;
     if (!d->program) return BD_ERR_OK;
-    for (d->first_group = 0; !err && d->first_group < part->group_count;
-         d->first_group += GROUPS_AT_ONCE) {
-        const uint32_t left = part->group_count - d->first_group;
+    for (d->first_set = 0; !err && d->first_set < sets->count; d->first_set += SETS_AT_ONCE) {
+        const uint32_t left = sets->count - d->first_set;
         uint32_t askers = 0;
-        err = list_askers(d, left < GROUPS_AT_ONCE ? left : GROUPS_AT_ONCE, &askers);
-        if (!err && askers > 0) err = light_askers(d, askers);
-        if (!err && askers > 0) err = keep_light(d, askers);
+        err = list_askers(d, left < SETS_AT_ONCE ? left : SETS_AT_ONCE, &askers);
+        if (!err) err = light_askers(d, askers);
+        if (!err) err = keep_light(d, askers);
     }
     return err;
 }

@@ -1,9 +1,9 @@
 // What point_gather does, by the device: a work group a receiver
-// (shaders/pass/point_gather/point_gather.comp). Cuts are the processor's, a batch of groups at a
+// (shaders/pass/point_gather/point_gather.comp). Cuts are the processor's, a batch of sets at a
 // time, and its threads'. As the processor's loops, but for rounding: where that draws another
 // point, light differs by as much as by another seed's.
 //
-// Private to pass/. Memory: the points with their radiance, 40 bytes each; 4 MiB of cuts.
+// Private to pass/. Memory: the points with their radiance, 44 bytes each; 4 MiB of cuts.
 //
 // Thread: render thread, and the pool's.
 
@@ -12,7 +12,7 @@
 
 #include "lights/microbuffer.h"
 #include "pass/point_gather.h"
-#include "pass/receivers.h"
+#include "pass/receiver_sets.h"
 
 struct bd_point_gather_device;
 
@@ -28,6 +28,7 @@ void bd_point_gather_device_end(struct bd_point_gather_device **device);
 // Adds its receivers' light to the part.
 BD_MUST_CHECK
 enum bd_err bd_point_gather_device_light(struct bd_point_gather_device *device,
-                                         const struct bd_receiver_part *part);
+                                         const struct bd_receiver_part *part,
+                                         const struct bd_receiver_sets *sets);
 
 #endif

@@ -24,18 +24,15 @@ static uint32_t surface_of(struct bd_point_surfaces *s, f3 position, f3 normal)
     return s->count++;
 }
 
-void bd_point_surfaces_of(const struct bd_receiver_part *part, uint32_t group,
+void bd_point_surfaces_of(const struct bd_receiver_part *part, const struct bd_receiver_set *set,
                           struct bd_point_surfaces *out)
 {
-    const struct bd_ray_starts *starts = &part->starts[group];
     *out = (struct bd_point_surfaces){0};
-    for (uint32_t lane = 0; lane < BD_LANES; lane++) {
-        out->of_lane[lane] = BD_POINT_SURFACES_MAX;
-        if (group * BD_LANES + lane >= part->count) continue;
-        if (!(part->receivers[group].lit[lane] > 0)) continue;
-        const f3 position = f3_at(&starts->position, lane);
-        const f3 normal = f3_at(&starts->normal_geometric, lane);
-        out->of_lane[lane] = surface_of(out, position, normal);
-        bd_points_about_add(&out->about[out->of_lane[lane]], position, normal);
+    for (uint32_t i = 0; i < set->count; i++) {
+        const struct bd_ray_starts *starts = &part->starts[set->places[i] / BD_LANES];
+        const f3 position = f3_at(&starts->position, set->places[i] % BD_LANES);
+        const f3 normal = f3_at(&starts->normal_geometric, set->places[i] % BD_LANES);
+        out->of_place[i] = surface_of(out, position, normal);
+        bd_points_about_add(&out->about[out->of_place[i]], position, normal);
     }
 }

@@ -8,7 +8,7 @@
 #define BD_PASS_POINT_SURFACES_H
 
 #include "lights/point_clusters.h"
-#include "pass/receivers.h"
+#include "pass/receiver_sets.h"
 
 #define BD_POINT_SURFACES_MAX 8u
 
@@ -16,10 +16,10 @@ struct bd_point_surfaces {
     uint32_t count;
     struct bd_points_about about[BD_POINT_SURFACES_MAX];
     f3 position[BD_POINT_SURFACES_MAX], normal[BD_POINT_SURFACES_MAX]; // of the first of each
-    uint32_t of_lane[BD_LANES]; // BD_POINT_SURFACES_MAX: it is not lit
+    uint32_t of_place[BD_SET_MOST]; // of each of the set's receivers
 };
 
-void bd_point_surfaces_of(const struct bd_receiver_part *part, uint32_t group,
+void bd_point_surfaces_of(const struct bd_receiver_part *part, const struct bd_receiver_set *set,
                           struct bd_point_surfaces *out);
 
 #endif
