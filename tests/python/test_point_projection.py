@@ -6,6 +6,7 @@ from conftest import SCENES
 from glass_scenes import LIGHTS, add, walls
 
 SIDE = (32, 32)
+BOARD = [(-.15, 0, -.15), (-.15, 0, .15), (.15, 0, .15), (.15, 0, -.15)]
 
 
 @pytest.fixture(scope="module")
@@ -91,6 +92,25 @@ def test_points_are_taken_over_from_another_view(scene):
     scene.render(size=SIDE, fresh="all", **pose)
     moved = scene.render(size=(24, 24), **pose)
     assert states(moved)["points"] == "reused" and states(moved)["project"] == "ran"
+
+
+def test_a_picture_changes_little_where_something_moves_a_little(client, tmp_path):
+    """A board in a room goes a hundredth of its width on: far less than another seed's picture is another."""
+    scene = add(client, tmp_path, walls(), light=LIGHTS[0], at=(.2, .5, .1))
+    with scene.edit() as edit:
+        mesh = edit.add_mesh(bounced.Primitive(BOARD, [[0, 1, 2], [0, 2, 3]]))
+        node = edit.add_node(mesh=mesh, translation=(.2, -.6, 0))
+
+    def shown(at, seed=0):
+        with scene.edit() as edit:
+            edit.set_transform(node, translation=(at, -.6, 0))
+        frame = scene.render(size=(48, 48), technique="point_projection", layers=["indirect"], fresh="all", seed=seed,
+                             parameters={"points": 65536, "indirect_bounces": 1}, pose=bounced.Pose((0, 0, .95), (0, 0, -1), yfov=1.4))
+        return light(frame).astype(float)
+
+    first, moved, other = shown(.2), shown(.203), shown(.2, seed=1)
+    part = numpy.median(abs(moved - first)) / numpy.median(abs(other - first))  # at edges light is another
+    assert part < .25
 
 
 def test_as_the_paper_has_it(scene):
