@@ -8,7 +8,8 @@
 //         glass; lobes by rays
 // Exact when: `points`, `exploit` and `microbuffer` grow, for diffuse light
 // Known:  what hides light is a map of a thousand texels: edges of shadows are as soft, and thin
-//         walls let through what lies in the holes between points; light of single pixels is noisy
+//         walls let through what lies in the holes between points; light of single pixels is noisy.
+//         Of blocks of 2 pixels one may show two surfaces: a lamp just under a ceiling
 
 #include "pass/point_gather.h"
 #include "technique/far_light.h"
