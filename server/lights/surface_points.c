@@ -12,18 +12,23 @@
 
 #define PAUSE_EVERY 4096u // triangles
 
+// Of render space: where a part's corners differ by less, they are the same.
+#define STEPS_PER_UNIT 99991.0
 // Of the longest side of a part's box: where parts' corners differ by less, they are of one shape.
 // A round number of steps, and no round place between them: corners lie at halves and thirds.
 #define STEPS_PER_SIDE 1000.0
 #define BETWEEN_STEPS  0.31
 
 // A primitive of an instance. What has another colour lies elsewhere in the order of triangles, and
-// its points shall be the same; so shall those of what is moved, or of all others. So parts are
-// told apart by their shapes, and those of one shape by which comes first along an axis that no
-// wall is upright on: who passes none of them keeps its place among them.
+// its points shall be the same; nor shall the scene's scale and place count, which round positions
+// otherwise: parts go by where a few of their corners lie in render space, to a hundred-thousandth.
+//
+// Where what is moved is to keep its points (is_kept), they go by their shapes, and those of one
+// shape by which comes first along an axis that no wall is upright on: who passes none of them
+// keeps its place among them.
 struct part {
-    uint32_t shape; // hash of a few corners in the mesh's box
-    double along;
+    uint64_t name; // hash of those, or of a few corners in the mesh's box
+    double along;  // 0 where places are told apart already
     const struct bd_instance *instance;
     uint32_t run, index; // of the run's instances
 };
@@ -38,9 +43,10 @@ struct spreading {
     struct bd_surface_points_how how;
     enum bd_err (*pause)(void *user);
     void *user;
-    double area;   // of all
-    uint32_t next; // of all points that were asked for
-    // Of the part: its triangles' so far, where its first point lies, and the next one's number.
+    double area, each; // of all; that each point stands for
+    uint32_t next;     // of all points that were asked for
+    // Of all parts, or where they are kept of this one: its triangles' area so far, where its first
+    // point lies, and the next one's number.
     double passed, start;
     uint32_t next_of_part, chance;
     struct bd_sequence sequence;
@@ -92,16 +98,18 @@ static enum bd_err visit_part(struct spreading *s, const struct part *part, visi
     return err;
 }
 
-// Each by numbers of its own, that no other part changes. Those of one shape round their shares of
-// points up and down in turn: rounded alike, all leaves of a tree might have none.
+// Where they are kept each has numbers of its own, that no other part changes. Those of one shape
+// round their shares of points up and down in turn: rounded alike, all leaves of a tree might have
+// none.
 static void enter_part(struct spreading *s, const struct part *part, uint32_t alike)
 {
-    const double golden = 0.61803398874989485, first = bd_stirred(part->shape) * 0x1p-32;
+    const uint32_t shape = (uint32_t)part->name ^ (uint32_t)(part->name >> 32);
+    const double golden = 0.61803398874989485, first = bd_stirred(shape) * 0x1p-32;
     const double turns = first + golden * alike;
     s->passed = 0;
     s->start = turns - floor(turns);
     s->next_of_part = 0;
-    s->chance = bd_stirred(part->shape + alike * 0x9e3779b9u);
+    s->chance = bd_stirred(shape + alike * 0x9e3779b9u);
     s->sequence = bd_sequence_of(s->how.seed, s->chance);
 }
 
@@ -110,8 +118,8 @@ static enum bd_err visit_all(struct spreading *s, visit_fn *visit)
     enum bd_err err = BD_ERR_OK;
     uint32_t alike = 0;
     for (size_t i = 0; !err && i < s->part_count; i++) {
-        alike = i > 0 && s->parts[i].shape == s->parts[i - 1].shape ? alike + 1 : 0;
-        enter_part(s, &s->parts[i], alike);
+        alike = i > 0 && s->parts[i].name == s->parts[i - 1].name ? alike + 1 : 0;
+        if (s->how.is_kept) enter_part(s, &s->parts[i], alike);
         err = visit_part(s, &s->parts[i], visit);
     }
     return err;
@@ -119,7 +127,23 @@ static enum bd_err visit_all(struct spreading *s, visit_fn *visit)
 
 #define CORNERS_HASHED 8u
 
-static uint32_t shape_of(const struct bd_primitive *primitive)
+static uint64_t place_of(const struct spreading *s, const struct bd_primitive *primitive,
+                         const struct bd_instance *instance)
+{
+    uint64_t hash = bd_hash64(&primitive->index_count, sizeof primitive->index_count, 0);
+    for (uint32_t i = 0; i < CORNERS_HASHED; i++) {
+        const uint64_t at = (uint64_t)(primitive->index_count - 1) * i / (CORNERS_HASHED - 1);
+        const float *position = primitive->position + 3 * (size_t)primitive->index[at];
+        const f3 corner = bd_shading_vertex_of(&s->space, instance, position);
+        const int64_t steps[3] = {llround(STEPS_PER_UNIT * corner.x),
+                                  llround(STEPS_PER_UNIT * corner.y),
+                                  llround(STEPS_PER_UNIT * corner.z)};
+        hash = bd_hash64(steps, sizeof steps, hash);
+    }
+    return hash;
+}
+
+static uint64_t shape_of(const struct bd_primitive *primitive)
 {
     const float *least = primitive->bounds_min, *most = primitive->bounds_max;
     const double side = fmax(fmax((double)most[0] - least[0], (double)most[1] - least[1]),
@@ -134,7 +158,7 @@ static uint32_t shape_of(const struct bd_primitive *primitive)
                                       BETWEEN_STEPS);
         hash = bd_hash64(steps, sizeof steps, hash);
     }
-    return (uint32_t)hash ^ (uint32_t)(hash >> 32);
+    return hash;
 }
 
 static double place_along(const struct spreading *s, const struct bd_primitive *primitive,
@@ -145,10 +169,19 @@ static double place_along(const struct spreading *s, const struct bd_primitive *
     return 0.2113 * (double)at.x + 0.5774 * (double)at.y + 0.7887 * (double)at.z;
 }
 
+static struct part part_of(const struct spreading *s, const struct bd_primitive *primitive,
+                           const struct bd_instance *instance, uint32_t run, uint32_t index)
+{
+    if (!s->how.is_kept)
+        return (struct part){place_of(s, primitive, instance), 0, instance, run, index};
+    return (struct part){shape_of(primitive), place_along(s, primitive, instance), instance, run,
+                         index};
+}
+
 static int compare_parts(const void *a, const void *b)
 {
     const struct part *x = a, *y = b;
-    if (x->shape != y->shape) return x->shape < y->shape ? -1 : 1;
+    if (x->name != y->name) return x->name < y->name ? -1 : 1;
     if (x->along != y->along) return x->along < y->along ? -1 : 1;
     if (x->run != y->run) return x->run < y->run ? -1 : 1;
     return (x->index > y->index) - (x->index < y->index);
@@ -165,12 +198,10 @@ static enum bd_err list_parts(struct spreading *s)
     for (uint32_t r = 0; !err && r < order->run_count; r++) {
         const struct bd_triangle_run *run = &order->runs[r];
         const struct bd_primitive *primitive = primitive_of(s, run);
-        const uint32_t shape = shape_of(primitive);
         for (uint32_t i = 0; !err && i < run->instance_count; i++) {
             const uint32_t place = order->instances[run->first_instance + i];
             const struct bd_instance *instance = &s->scene->instances[place];
-            const double along = place_along(s, primitive, instance);
-            *to++ = (struct part){shape, along, instance, r, i};
+            *to++ = part_of(s, primitive, instance, r, i);
             if (i % PAUSE_EVERY == 0) err = s->pause(s->user);
         }
     }
@@ -201,6 +232,12 @@ static uint32_t number_in_sequence(const struct spreading *s)
 }
 
 // Uniform over the triangle (Osada et al. 2002).
+static uint32_t number_of_point(const struct spreading *s)
+{
+    if (only_hides(s)) return s->next;
+    return s->how.is_kept ? bd_stirred(s->chance + s->next_of_part) : 0;
+}
+
 static void add_point(struct spreading *s, const struct place *place, bool is_behind)
 {
     float number[2];
@@ -215,7 +252,7 @@ static void add_point(struct spreading *s, const struct place *place, bool is_be
         .normal = f3_scale(place->at.normal, is_behind ? -1 : 1),
         .triangle = place->number,
         .is_two_sided = place->material->double_sided,
-        .number = only_hides(s) ? s->next : bd_stirred(s->chance + s->next_of_part),
+        .number = number_of_point(s),
     };
     if (!only_hides(s) && !place->material->unlit)
         to->diffuse =
@@ -224,10 +261,11 @@ static void add_point(struct spreading *s, const struct place *place, bool is_be
                                                    color.rgb, s->how.sends, BD_FROM_EVERYWHERE));
 }
 
-// Where the next point lies on the way through the part's area, before `s->passed` plus this much.
+// Where the next point lies on the way through all area, or the part's, before `s->passed` plus
+// this much.
 static bool has_next_before(const struct spreading *s, double area)
 {
-    const double at = (s->next_of_part + s->start) * s->points->area;
+    const double at = (s->next_of_part + s->start) * s->each;
     return s->next < s->how.count && at < s->passed + area;
 }
 
@@ -264,13 +302,16 @@ enum bd_err bd_surface_points_init(struct bd_surface_points *points, const struc
         .scene = scene,
         .space = bd_render_space_of(scene),
         .how = *how,
+        .start = 0.5,
+        .sequence = bd_sequence_of(how->seed, 0),
         .pause = pause,
         .user = user,
     };
     bd_triangle_order_init(&s.order, scene);
     enum bd_err err = list_parts(&s);
     if (!err) err = visit_all(&s, measure);
-    points->area = area_of_each(s.area / count);
+    s.each = how->is_kept ? (double)area_of_each(s.area / count) : s.area / count;
+    points->area = (float)s.each;
     if (!err && s.area > 0) err = visit_all(&s, spread);
     bd_triangle_order_finish(&s.order);
     free(s.parts);

@@ -122,6 +122,7 @@ static enum bd_err spread_points(struct lighting *l)
         .sends = sends_of(in),
         .by_coverage = in->visibility.alpha == BD_RAYS_ALPHA_COVERAGE,
         .once = true,
+        .is_kept = true,
         .seed = bd_askers_seed(in->seed),
     };
     bd_slicer_work(l->context.slicer, "surface points");
