@@ -7,7 +7,7 @@
 // Exact but for the map: what is nearer than a texel's width to an edge may lie on its other side,
 // and holes between points show what lies behind them.
 //
-// Cost: 57 to 79 us a receiver and core at 3,072 points (192x192, Cornell boxes, Sponza).
+// Cost: 57 to 87 us a receiver and core at 3,072 points (192x192, Cornell boxes, Sponza).
 //
 // Maletz, Wang, Bowers 2011. Thread: render thread, and the pool's.
 
@@ -21,7 +21,7 @@
 struct bd_point_gather_inputs {
     const struct bd_lit_points *points;
     uint32_t explore, exploit, side; // as of struct bd_projector
-    uint32_t clusters;               // of a group of receivers
+    uint32_t clusters;               // of a set of receivers (pass/receiver_sets.h)
     // As the paper has it: even clusters, the same for all; counts, solid angles and holes (struct
     // bd_projector); texels alike, that hold radiance in eight bits.
     bool as_printed;

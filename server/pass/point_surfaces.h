@@ -1,6 +1,6 @@
-// Receivers of a group that lie on one surface, as far as that goes: they look at the same points.
-// A cut for all of a group that has an edge in it is none that fits, and what is near is drawn too
-// rarely.
+// Receivers of a set (pass/receiver_sets.h) that lie on one surface, as far as that goes: they look
+// at the same points. A cut for all of a set that has an edge in it is none that fits, and what is
+// near is drawn too rarely.
 //
 // Private to pass/. Thread: any.
 

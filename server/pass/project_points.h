@@ -13,7 +13,7 @@
 // keys: no order of threads shows. A texel that no point covers, among others that some do, sees
 // what one of those sees.
 //
-// Private to pass/. Cost: 19 to 26 ns a point of one core.
+// Private to pass/. Cost: 18 to 28 ns a point of one core.
 //
 // Thread: any; prepared by one, then read by all.
 
