@@ -6,7 +6,6 @@
 #ifndef BD_LIGHTS_SENT_H
 #define BD_LIGHTS_SENT_H
 
-#include "kernel/diffuse_limit.h"
 #include "kernel/sent.h"
 #include "lights/sent_albedo.h"
 
@@ -42,7 +41,7 @@ static inline f3 bd_sent_by_all(f3 base_color, float metallic, float roughness, 
 {
     if (cosine < 0) return sent_from_everywhere(base_color, metallic, roughness, f0_dielectric);
     const struct bd_sent_lobe lobe = bd_sent_lobe_from(roughness, cosine);
-    const f3 diffuse = f3_min(base_color, diffuse_limit(cosine, roughness));
+    const f3 diffuse = diffuse_limited(base_color, roughness, cosine);
     return sent_by_lobes(base_color, diffuse, metallic, f0_dielectric, lobe.white, lobe.grazing);
 }
 

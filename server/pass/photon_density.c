@@ -167,7 +167,7 @@ struct reflecting {
 static f3 returned_by(const struct density *c, const struct reflecting *r, bool has_lobe)
 {
     const float cosine = f_max(f3_dot(r->normal, r->viewer), 0);
-    const f3 limited = f3_min(r->base_color, diffuse_limit(cosine, r->roughness));
+    const f3 limited = diffuse_limited(r->base_color, r->roughness, cosine);
     if (has_lobe) return f3_scale(r->base_color, 1 - r->metallic);
     return c->of_rough ? sent_by_diffuse(limited, r->f0_dielectric, cosine)
                        : sent_by_rough(limited, r->roughness, r->f0_dielectric, cosine);

@@ -4,14 +4,13 @@
 //
 // The GGX lobe returns f0 (A - B) + B, Schlick's term split as by Karis (2013): A is what it
 // returns with a Fresnel term of 1, less than all since light that meets a rough surface twice is
-// lost to the model; B with (1 - v.h)^5. Both are fits of degree 4 to 400,000 samples for each of 21
-// roughnesses, within .0022 and .0006. The diffuse lobe returns what Schlick's term leaves,
-// (1 - f0)(1 - .0037). Without the limit of bright colours at grazing angles
-// (kernel/diffuse_limit.h).
+// lost to the model; B with (1 - v.h)^5. Both are fits of degree 4 to 400,000 samples for each of
+// 21 roughnesses, within .0022 and .0006. The diffuse lobe returns what Schlick's term leaves, (1 -
+// f0)(1 - .0037) of its colour as it is limited (kernel/diffuse_limit.h).
 #ifndef BD_KERNEL_SENT_H
 #define BD_KERNEL_SENT_H
 
-#include "kernel/math.h"
+#include "kernel/diffuse_limit.h"
 
 KERNEL float lobe_sent_white(float r)
 {
@@ -49,8 +48,8 @@ KERNEL f3 sent_by_lobes(f3 base_color, f3 diffuse, float metallic, float f0_diel
 
 KERNEL f3 sent_from_everywhere(f3 base_color, float metallic, float roughness, float f0_dielectric)
 {
-    return sent_by_lobes(base_color, base_color, metallic, f0_dielectric,
-                         lobe_sent_white(roughness), lobe_sent_grazing(roughness));
+    return sent_by_lobes(base_color, diffuse_limited_of_all(base_color, roughness), metallic,
+                         f0_dielectric, lobe_sent_white(roughness), lobe_sent_grazing(roughness));
 }
 
 // The GGX lobe's two parts to who looks under that cosine, of roughnesses from .6 on: fits in the

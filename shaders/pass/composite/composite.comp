@@ -66,7 +66,7 @@ vec3 reflectance(receiver r, vec4 rough)
 {
 #ifdef BD_WHOLE
     float cosine = max(dot(direction_to_viewer(r.relative_position), r.normal), 0.0);
-    vec3 limited = min(r.base_color, diffuse_limit(cosine, r.roughness));
+    vec3 limited = diffuse_limited(r.base_color, r.roughness, cosine);
     if (!has_glossy_lobe(r.metallic, r.roughness))
         return rough.a > 0.0 ? sent_by_diffuse(limited, r.f0_dielectric, cosine)
                              : sent_by_rough(limited, r.roughness, r.f0_dielectric, cosine);
