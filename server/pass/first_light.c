@@ -185,13 +185,15 @@ static void sum_reflected(const struct lighting *l, uint32_t i)
     const struct bd_ray_hit *hit = &looks->hits[l->first + i];
     const struct bd_reflecting s = bd_reflecting_at(looks->surfaces, &l->places[i], hit->u, hit->v);
     const f3 viewer = f3_of(-ray->direction[0], -ray->direction[1], -ray->direction[2]);
+    const float roughness =
+        roughness_over(patch_roughness(s.roughness), looks->spread_sr[l->first + i]);
     f3 sum = f3_of(0, 0, 0);
     for (uint32_t r = i * l->ray_count; r < (i + 1) * l->ray_count; r++) {
         if (!is_brought(l, r)) continue;
         const f3 way = way_of(&l->segments[r]);
         const float bent = bd_bent(s.normal, s.normal_geometric, way);
-        const f3 brdf = gltf_brdf(s.base_color, s.metallic, patch_roughness(s.roughness),
-                                  s.f0_dielectric, s.normal, way, viewer);
+        const f3 brdf =
+            gltf_brdf(s.base_color, s.metallic, roughness, s.f0_dielectric, s.normal, way, viewer);
         sum = f3_add(sum, f3_scale(f3_mul(l->brought[r], brdf), bent));
     }
     looks->reflected[l->first + i] = sum;

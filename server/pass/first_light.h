@@ -36,7 +36,9 @@ struct bd_first_looks {
     const struct bd_ray *rays;
     const struct bd_ray_hit *hits;
     const bool *are; // else it is as if nobody looked
-    // What goes back along the ray by the whole BRDF, lobes no narrower than patch_roughness; for
+    const float *spread_sr; // that each ray stands for
+    // What goes back along the ray by the whole BRDF, lobes no narrower than patch_roughness and
+    // than what the ray stands for, or single rays would bring more than their share; for
     // lights that a ray is drawn to as surfaces see them, under normals as they are interpolated.
     // Places that it is told of get no irradiance.
     f3 *reflected;

@@ -48,7 +48,8 @@ struct share {
     uint32_t pixel;
     uint32_t half;
     uint32_t number; // of the ray, its pixel's side by side
-    bool looks;      // a mirror or glass: who looks there sees lobes
+    float spread_sr; // that the ray stands for
+    bool looks;      // a mirror or glass
 };
 
 struct gloss {
@@ -72,7 +73,8 @@ struct gloss {
     struct bd_surface_point *places; // `triangle` BD_NO_TRIANGLE: nothing that sends light
     f3 *irradiance;                  // there; then what the pixel reflects of it
     float *cosine;                   // under which it comes there
-    bool *are_looked_at;             // places: in a mirror or through glass
+    bool *are_looked_at;             // places: whose lobes are seen
+    float *spread_sr;                // by rays that stand for so much
     f3 *seen;                        // what those reflect of first light, instead of its irradiance
     // Of the picture: four floats a pixel.
     float *half[HALVES];
@@ -96,10 +98,10 @@ static size_t rays_of_group(const struct gloss *g)
 static uint32_t receivers_at_once(const struct gloss *g)
 {
     const size_t group =
-        rays_of_group(g) *
-        (sizeof *g->rays + sizeof *g->shares + sizeof *g->hits + sizeof *g->places +
-         sizeof *g->irradiance + sizeof *g->cosine + sizeof *g->are_looked_at + sizeof *g->seen +
-         (g->inputs->glass ? sizeof *g->ways + sizeof *g->numbers : 0));
+        rays_of_group(g) * (sizeof *g->rays + sizeof *g->shares + sizeof *g->hits +
+                            sizeof *g->places + sizeof *g->irradiance + sizeof *g->cosine +
+                            sizeof *g->are_looked_at + sizeof *g->spread_sr + sizeof *g->seen +
+                            (g->inputs->glass ? sizeof *g->ways + sizeof *g->numbers : 0));
     return (uint32_t)(ROOM_BYTES > group ? ROOM_BYTES / group : 1) * BD_LANES;
 }
 
@@ -120,6 +122,7 @@ static enum bd_err make_room(struct gloss *g, uint32_t group_count)
     g->irradiance = malloc(rays * sizeof *g->irradiance);
     g->cosine = malloc(rays * sizeof *g->cosine);
     g->are_looked_at = malloc(rays * sizeof *g->are_looked_at);
+    g->spread_sr = malloc(rays * sizeof *g->spread_sr);
     g->seen = malloc(rays * sizeof *g->seen);
     g->ray_count = malloc(group_count * sizeof *g->ray_count);
     g->first_ray = malloc(group_count * sizeof *g->first_ray);
@@ -128,7 +131,7 @@ static enum bd_err make_room(struct gloss *g, uint32_t group_count)
         g->numbers = malloc(rays * sizeof *g->numbers);
     }
     const bool all = g->rays && g->shares && g->hits && g->places && g->irradiance && g->cosine &&
-                     g->are_looked_at && g->seen && g->ray_count && g->first_ray &&
+                     g->are_looked_at && g->spread_sr && g->seen && g->ray_count && g->first_ray &&
                      (!g->inputs->glass || (g->ways && g->numbers));
     return all ? BD_ERR_OK : no_memory(g);
 }
@@ -146,7 +149,7 @@ static void free_all(struct gloss *g)
 {
     void *arrays[] = {g->rays,    g->shares,  g->hits,          g->places,    g->irradiance,
                       g->ways,    g->cosine,  g->ray_count,     g->first_ray, g->half[0],
-                      g->half[1], g->numbers, g->are_looked_at, g->seen};
+                      g->half[1], g->numbers, g->are_looked_at, g->spread_sr, g->seen};
     for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++) free(arrays[i]);
 }
 
@@ -181,7 +184,7 @@ static f3 reflected(const struct gloss *g, const struct bd_lobe *lobe, f3 d)
 
 // False where nothing would come of it.
 static bool aim(const struct gloss *g, const struct bd_lobe *lobe, f3 d, struct bd_ray *ray,
-                f3 *beyond)
+                struct share *share)
 {
     const struct bd_area_receiver *at = lobe->at;
     const float density = density_of(g, lobe, d);
@@ -192,7 +195,8 @@ static bool aim(const struct gloss *g, const struct bd_lobe *lobe, f3 d, struct 
                            .from_triangle = at->triangle,
                            .direction = {d.x, d.y, d.z},
                            .far = INFINITY};
-    *beyond = f3_scale(reflected(g, lobe, d), 1 / density);
+    share->beyond = f3_scale(reflected(g, lobe, d), 1 / density);
+    share->spread_sr = 1 / (HALVES * density);
     return true;
 }
 
@@ -220,7 +224,7 @@ static size_t aim_lobe(const struct gloss *g, const struct bd_lobe *lobe, size_t
         g->shares[next] = share_of(g, lobe->at, i);
         g->shares[next].looks = lobe->at->roughness <= BD_MIRROR_ROUGHNESS;
         if (g->ways) g->ways[next] = bd_way_begins;
-        next += aim(g, lobe, d, &g->rays[next], &g->shares[next].beyond);
+        next += aim(g, lobe, d, &g->rays[next], &g->shares[next]);
     }
     return next - first;
 }
@@ -290,8 +294,7 @@ static void place_ray(const struct gloss *g, uint32_t i)
 // What is a mirror or glass in part sends on by the rest of it, as if nobody looked.
 static bool is_looked_at(const struct gloss *g, uint32_t i)
 {
-    return g->shares[i].looks && g->inputs->sends != BD_SENDS_LAMBERT &&
-           !(g->ways && g->ways[i].rest < 1);
+    return g->inputs->sends != BD_SENDS_LAMBERT && !(g->ways && g->ways[i].rest < 1);
 }
 
 static void place_group(void *user, uint32_t group)
@@ -301,6 +304,7 @@ static void place_group(void *user, uint32_t group)
     for (uint32_t i = first; i < first + g->ray_count[group]; i++) {
         place_ray(g, i);
         g->are_looked_at[i] = is_looked_at(g, i);
+        g->spread_sr[i] = g->shares[i].spread_sr;
         g->seen[i] = f3_of(0, 0, 0);
     }
 }
@@ -386,7 +390,8 @@ static enum bd_err light_places(struct gloss *g)
         .visibility = in->seen.visibility,
         .of_points = g->irradiance,
     };
-    const struct bd_first_looks looks = {&g->surfaces, g->rays, g->hits, g->are_looked_at, g->seen};
+    const struct bd_first_looks looks = {&g->surfaces,     g->rays,      g->hits,
+                                         g->are_looked_at, g->spread_sr, g->seen};
     enum bd_err err =
         bd_first_light_run(&g->context, in->first, in->visibility, in->seed + PURPOSE, g->places,
                            g->count, &looks, g->irradiance, g->cosine, &g->traced, g->detail);
