@@ -161,6 +161,16 @@ static bool is_brought(const struct lighting *l, uint32_t ray)
     return strongest_channel(l->brought[ray]) > 0 && !(l->occluded[ray / 32] >> ray % 32 & 1);
 }
 
+static f3 keep_ways(const struct lighting *l, uint32_t i)
+{
+    struct bd_first_way ways[BD_FIRST_PUNCTUALS + AREA_RAYS];
+    uint32_t count = 0;
+    for (uint32_t r = i * l->ray_count; r < (i + 1) * l->ray_count; r++)
+        if (is_brought(l, r))
+            ways[count++] = (struct bd_first_way){l->brought[r], way_of(&l->segments[r])};
+    return l->light->keep(l->light->keeper, l->first + i, ways, count);
+}
+
 static void sum_irradiance(const struct lighting *l, uint32_t i)
 {
     f3 sum = f3_of(0, 0, 0);
@@ -173,7 +183,7 @@ static void sum_irradiance(const struct lighting *l, uint32_t i)
         if (l->cosine)
             cosines += weight * f_max(f3_dot(l->places[i].normal, way_of(&l->segments[r])), 0);
     }
-    l->irradiance[i] = sum;
+    l->irradiance[i] = l->light->keep ? keep_ways(l, i) : sum;
     if (l->cosine) l->cosine[i] = strength > 0 ? cosines / strength : 1;
 }
 

@@ -12,7 +12,7 @@
 #define BD_PASS_FIRST_LIGHT_H
 
 #include "lights/area_lights.h"
-#include "lights/surface_hits.h"
+#include "lights/point_lobes.h"
 #include "pass/visibility.h"
 #include "shared/light.h"
 
@@ -28,6 +28,10 @@ struct bd_first_light {
     // Of each punctual light the square of the distance within which others bring its light
     // (pass/near_lamps.h); NULL: nobody does.
     const float *near2;
+    // Who keeps where light comes from gets the ways of each place, by its number among them, and
+    // says how much irradiance is left to tell (lights/point_lobes.h); NULL: nobody does.
+    f3 (*keep)(void *keeper, uint32_t place, const struct bd_first_way *ways, uint32_t count);
+    void *keeper;
 };
 
 // Places that someone looks at, by the rays that met them.

@@ -26,6 +26,7 @@ struct lighting {
     struct bd_surface_point *places;
     uint32_t *radiance_of;
     f3 *first;
+    struct bd_surface_hits hits;
     struct bd_lit_points *out;
     struct bd_err_detail *detail;
 };
@@ -46,16 +47,13 @@ static enum bd_sends sends_of(const struct bd_lit_points_inputs *in)
 static void leave_out_glass(struct lighting *l)
 {
     const struct bd_scene *scene = l->inputs->snapshot;
-    struct bd_surface_hits hits;
     uint32_t kept = 0;
-    bd_surface_hits_init(&hits, scene);
     for (uint32_t i = 0; i < l->points.count; i++) {
-        const struct bd_surface_hit hit = bd_surface_hit_of(&hits, l->points.points[i].triangle);
+        const struct bd_surface_hit hit = bd_surface_hit_of(&l->hits, l->points.points[i].triangle);
         if (scene->materials[hit.primitive->material].transmission < GLASS_FROM)
             l->points.points[kept++] = l->points.points[i];
     }
     l->points.count = kept;
-    bd_surface_hits_finish(&hits);
 }
 
 static void look_down(const struct lighting *l, struct bd_ray *rays)
@@ -166,7 +164,11 @@ static enum bd_err list_sides(struct lighting *l)
     l->sides.places = l->places;
     l->sides.radiance_of = l->radiance_of;
     l->sides.first = l->first;
-    return bd_slicer_pause(l->context.slicer);
+    l->sides.lobes = &l->out->lobes;
+    if (l->inputs->lambert) return bd_slicer_pause(l->context.slicer);
+    const enum bd_err err = bd_point_lobes_init(&l->out->lobes, &l->hits, l->places, l->radiance_of,
+                                                l->sides.count, 2 * clusters->count, l->detail);
+    return err ? err : bd_slicer_pause(l->context.slicer);
 }
 
 // --- their light --------------------------------------------------------------------------------
@@ -228,6 +230,13 @@ static void add_near_lamps(struct lighting *l, const struct bd_near_lamps *near)
         l->first[i] = f3_add(l->first[i], near->irradiance[l->radiance_of[i]]);
 }
 
+static f3 keep_ways(void *user, uint32_t side, const struct bd_first_way *ways, uint32_t count)
+{
+    struct lighting *l = user;
+    return bd_point_lobes_keep(&l->out->lobes, &l->hits, &l->places[side], l->radiance_of[side],
+                               ways, count);
+}
+
 static enum bd_err light_straight(struct lighting *l)
 {
     struct bd_first_light first = l->inputs->first;
@@ -235,6 +244,10 @@ static enum bd_err light_straight(struct lighting *l)
     enum bd_err err = find_near_lamps(l, &near);
     if (err) return err;
     first.near2 = near.reach2;
+    if (l->out->lobes.count > 0) {
+        first.keep = keep_ways;
+        first.keeper = l;
+    }
     err =
         bd_first_light_run(&l->context, &first, &l->inputs->visibility, l->inputs->seed, l->places,
                            l->sides.count, NULL, l->first, NULL, &l->out->traced, l->detail);
@@ -308,7 +321,9 @@ enum bd_err bd_lit_points_run(const struct bd_pass_context *context,
     };
     BD_ASSERT(l.out);
     l.context.processor = &l.processor;
+    bd_surface_hits_init(&l.hits, inputs->snapshot);
     const enum bd_err err = run(&l);
+    bd_surface_hits_finish(&l.hits);
     bd_surface_points_finish(&l.points);
     free(l.places);
     free(l.radiance_of);
@@ -325,6 +340,7 @@ void bd_lit_points_destroy(struct bd_gpu *gpu, struct bd_lit_points **points)
     bd_point_clusters_finish(&(*points)->clusters);
     bd_irradiance_cells_destroy(&(*points)->cells);
     bd_photon_map_destroy(&(*points)->caustics);
+    bd_point_lobes_finish(&(*points)->lobes);
     free((*points)->radiance);
     free(*points);
     *points = NULL;
@@ -336,6 +352,7 @@ uint64_t bd_lit_points_bytes(const struct bd_lit_points *points)
     const uint64_t each =
         sizeof *c->points + sizeof *c->order + sizeof *c->names + 2 * sizeof *points->radiance;
     return sizeof *points + c->count * each + c->part_count * sizeof *c->parts +
+           bd_point_lobes_bytes(&points->lobes, 2 * c->count) +
            (points->cells ? bd_irradiance_cells_bytes(points->cells) : 0) +
            (points->caustics ? bd_photon_map_bytes(points->caustics) : 0);
 }

@@ -17,6 +17,7 @@
 #include "lights/irradiance_cells.h"
 #include "lights/photon_map.h"
 #include "lights/point_clusters.h"
+#include "lights/point_lobes.h"
 #include "pass/first_light.h"
 
 struct bd_lit_points_inputs {
@@ -36,7 +37,8 @@ struct bd_lit_points_inputs {
 
 struct bd_lit_points {
     struct bd_point_clusters clusters;
-    f3 *radiance;                      // of each point's front and back, in order; frame's unit
+    f3 *radiance; // of each point's front and back, in order, sent evenly; frame's unit
+    struct bd_point_lobes lobes;       // what some of those send beside that
     struct bd_irradiance_cells *cells; // what of it was reflected before; NULL: nothing
     struct bd_photon_map *caustics;    // or NULL
     uint32_t rounds;                   // that light went

@@ -62,7 +62,8 @@ struct cells {
     uint32_t *cell_of; // each side's
     uint32_t sights_each;
     struct sight *sights;
-    f3 *before; // what each got
+    f3 *of_lobes; // that each sees
+    f3 *before;   // what each got
     f3 *radiance;
     struct bd_surface_hits hits;
     struct bd_cosine_rays rays;
@@ -138,16 +139,24 @@ static enum bd_err send_on(struct cells *c)
 
 // --- where light comes to -----------------------------------------------------------------------
 
+// In the mean over all directions.
+static double sent_to_all(const struct cells *c, uint32_t i)
+{
+    const struct bd_point_sides *sides = c->inputs->sides;
+    const f3 of_lobe = bd_point_lobes_get(sides->lobes, sides->radiance_of[i]);
+    return (double)all_channels(
+        f3_add(c->radiance[sides->radiance_of[i]], sent_by(sides, i, of_lobe)));
+}
+
 // Of all, in even steps through what they send.
 static uint32_t start_walk(const struct cells *c, struct bd_surface_point *starts, uint32_t most)
 {
     const struct bd_point_sides *sides = c->inputs->sides;
     double sum = 0, passed = 0;
     uint32_t count = 0;
-    for (uint32_t i = 0; i < sides->count; i++)
-        sum += all_channels(c->radiance[sides->radiance_of[i]]);
+    for (uint32_t i = 0; i < sides->count; i++) sum += sent_to_all(c, i);
     for (uint32_t i = 0; sum > 0 && i < sides->count; i++) {
-        passed += all_channels(c->radiance[sides->radiance_of[i]]);
+        passed += sent_to_all(c, i);
         for (; count < most && (count + 0.5) * sum < passed * most; count++) {
             starts[count] = sides->places[i];
             starts[count].number = count;
@@ -273,8 +282,9 @@ static enum bd_err make_room(struct cells *c)
     c->sights_each = c->inputs->projected ? TEXELS : RAYS;
     c->cell_of = malloc((c->inputs->sides->count + 1) * sizeof *c->cell_of);
     c->sights = calloc(count * c->sights_each, sizeof *c->sights);
+    c->of_lobes = calloc(count, sizeof *c->of_lobes);
     c->before = calloc(count, sizeof *c->before);
-    const bool all = c->cell_of && c->sights && c->before;
+    const bool all = c->cell_of && c->sights && c->of_lobes && c->before;
     return all ? bd_slicer_pause(c->context.slicer) : no_memory(c);
 }
 
@@ -287,7 +297,19 @@ static void find_cells(void *user, uint32_t group)
             bd_irradiance_cells_find(c->cells, sides->places[i].position, sides->places[i].normal);
 }
 
+static void see_lobe(const struct cells *c, uint32_t cell, const struct sight *sight, f3 to_viewer)
+{
+    const f3 radiance = bd_point_lobes_send(c->inputs->sides->lobes, sight->of, to_viewer);
+    c->of_lobes[cell] = f3_add(c->of_lobes[cell], f3_scale(radiance, sight->weight));
+}
+
 // --- by points ----------------------------------------------------------------------------------
+
+static f3 way_from(const struct cells *c, uint32_t side, f3 to)
+{
+    const struct bd_projected_point *point = &c->inputs->points->points[side / 2];
+    return f3_unit(f3_sub(to, f3_of(point->x, point->y, point->z)));
+}
 
 static void project_cell(const struct cells *c, const struct bd_point_cut *cut, uint32_t cell,
                          struct bd_projected *seen)
@@ -296,10 +318,12 @@ static void project_cell(const struct cells *c, const struct bd_point_cut *cut, 
     const uint32_t chance = c->cells->number[cell] ^ (uint32_t)c->inputs->seed;
     const struct bd_native_place place = bd_projected_place(at->position, at->normal, chance);
     bd_project_points(&c->projector, cut, &place, chance, seen);
-    for (uint32_t t = 0; t < TEXELS; t++)
-        if (seen->point[t] != BD_SEES_NOTHING)
-            c->sights[(size_t)cell * TEXELS + t] =
-                (struct sight){seen->point[t], c->map.weight[t].z};
+    for (uint32_t t = 0; t < TEXELS; t++) {
+        if (seen->point[t] == BD_SEES_NOTHING) continue;
+        struct sight *sight = &c->sights[(size_t)cell * TEXELS + t];
+        *sight = (struct sight){seen->point[t], c->map.weight[t].z};
+        see_lobe(c, cell, sight, way_from(c, seen->point[t], at->position));
+    }
 }
 
 static void project_group(void *user, uint32_t group)
@@ -362,7 +386,11 @@ static void see_group(void *user, uint32_t group)
     for (uint32_t i = first; i < first + c->rays.ray_count[group]; i++) {
         const uint32_t lane = c->rays.lanes[i] / BD_COSINE_HALVES;
         const size_t cell = c->part->slice.first + group * BD_LANES + lane;
-        if (seen[lane] < RAYS && see(c, i, &c->sights[cell * RAYS + seen[lane]])) seen[lane]++;
+        struct sight *sight = &c->sights[cell * RAYS + seen[lane]];
+        if (seen[lane] == RAYS || !see(c, i, sight)) continue;
+        const float *d = c->rays.rays[i].direction;
+        see_lobe(c, (uint32_t)cell, sight, f3_of(-d[0], -d[1], -d[2]));
+        seen[lane]++;
     }
 }
 
@@ -413,7 +441,7 @@ static void get_light(void *user, uint32_t group)
     const struct cells *c = user;
     for (uint32_t i = group * BD_LANES; i < end_of_group(group, c->cells->count); i++) {
         const struct sight *sights = c->sights + (size_t)i * c->sights_each;
-        f3 sum = f3_of(0, 0, 0);
+        f3 sum = c->of_lobes[i];
         for (uint32_t k = 0; k < c->sights_each; k++)
             if (sights[k].weight > 0)
                 sum = f3_add(sum, f3_scale(c->radiance[sights[k].of], sights[k].weight));
@@ -477,6 +505,7 @@ enum bd_err bd_point_cells_run(const struct bd_pass_context *context,
     free(c.places);
     free(c.walk);
     free(c.walk_hits);
+    free(c.of_lobes);
     free(c.before);
     if (err) bd_irradiance_cells_destroy(&c.cells);
     *out = c.cells;

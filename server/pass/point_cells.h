@@ -15,6 +15,7 @@
 #define BD_PASS_POINT_CELLS_H
 
 #include "lights/irradiance_cells.h"
+#include "lights/point_lobes.h"
 #include "pass/project_points.h"
 #include "pass/visibility.h"
 
@@ -24,6 +25,7 @@ struct bd_point_sides {
     const struct bd_surface_point *places; // and what they send on
     const uint32_t *radiance_of;           // of each, in an array of radiances
     const f3 *first;                       // irradiance that is not reflected yet
+    const struct bd_point_lobes *lobes;    // what some of them reflect by lobes, beside that
 };
 
 struct bd_point_cells_inputs {

@@ -51,13 +51,25 @@ static float white_of(const struct bd_lit_points *points)
 
 static float round_channel(float channel, float white)
 {
-    if (!(white > 0)) return 0;
+    if (!(channel < white)) return white;
     return floorf(channel / white * STEPS + 0.5f) * (white / STEPS);
 }
 
-static f3 light_of_texel(const struct gathering *g, uint32_t point)
+static f3 way_to(const struct gathering *g, uint32_t seen, f3 from)
 {
-    const f3 light = g->inputs->points->radiance[point];
+    const struct bd_projected_point *point = &g->projector.points->points[seen / 2];
+    return f3_sub(f3_of(point->x, point->y, point->z), from);
+}
+
+// `seen`: a point's side.
+static f3 light_of_texel(const struct gathering *g, uint32_t seen, f3 receiver)
+{
+    const struct bd_lit_points *points = g->inputs->points;
+    f3 light = points->radiance[seen];
+    if (points->lobes.count > 0)
+        light =
+            f3_add(light, bd_point_lobes_send(&points->lobes, seen,
+                                              f3_unit(f3_scale(way_to(g, seen, receiver), -1))));
     if (!g->projector.as_printed) return light;
     return f3_of(round_channel(light.x, g->white), round_channel(light.y, g->white),
                  round_channel(light.z, g->white));
@@ -84,7 +96,8 @@ static struct texel_sums sum_texels(const struct gathering *g, const struct bd_n
     f3 directions = f3_of(0, 0, 0), halves[2] = {f3_of(0, 0, 0), f3_of(0, 0, 0)};
     for (uint32_t t = 0; t < side * side; t++) {
         if (seen->point[t] == BD_SEES_NOTHING) continue;
-        const f3 light = light_of_texel(g, seen->point[t]), weight = g->map.weight[t];
+        const f3 light = light_of_texel(g, seen->point[t], place->position);
+        const f3 weight = g->map.weight[t];
         const uint32_t half = half_of_texel(t % side, t / side);
         halves[half] = f3_add(halves[half], f3_scale(light, f_max(f3_dot(weight, own), 0)));
         directions = f3_add(directions, f3_scale(weight, all_channels(light)));
@@ -103,13 +116,13 @@ static float spread_of(const struct gathering *g, const struct bd_native_place *
                        uint32_t seen)
 {
     const struct bd_projected_point *point = &g->projector.points->points[seen / 2];
-    const f3 from = f3_sub(f3_of(point->x, point->y, point->z), place->position);
+    const f3 from = way_to(g, seen, place->position);
     const float r2 = f_max(f3_dot(from, from), NEAREST_R2);
     const f3 front =
         in_axes(normal_of_bits(point->normal), place->across, place->along, place->normal);
     return spread_of_texel(block->radius[lane], block->off_plane[lane], g->map.way[texel],
                            g->map.solid_angle[texel], r2, f3_scale(front, seen % 2 ? -1 : 1),
-                           all_channels(light_of_texel(g, seen)));
+                           all_channels(light_of_texel(g, seen, place->position)));
 }
 
 static float sum_spread(const struct gathering *g, const struct bd_native_place *place,

@@ -1,6 +1,7 @@
 #include "pass/point_gather_device.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 #include "pass/f3_arrays.h"
 #include "pass/kernels.h"
@@ -22,7 +23,7 @@ struct bd_point_gather_device {
     const struct bd_point_gather_inputs *inputs;
     bool spread;
     const struct bd_program *program;
-    struct bd_buf *points, *names, *radiance, *texels, *clusters, *askers, *light;
+    struct bd_buf *points, *names, *radiance, *lobes, *texels, *clusters, *askers, *light;
     // Of a batch.
     const struct bd_receiver_part *part;
     const struct bd_receiver_sets *sets;
@@ -88,6 +89,25 @@ static enum bd_err upload_points(struct bd_point_gather_device *d, struct bd_err
     return err;
 }
 
+// Sides, then those that have lobes, by where they begin.
+static enum bd_err upload_lobes(struct bd_point_gather_device *d, struct bd_err_detail *detail)
+{
+    const struct bd_point_lobes *lobes = &d->inputs->points->lobes;
+    const uint32_t sides = 2 * d->inputs->points->clusters.count;
+    const size_t uints = sides + (size_t)lobes->count * BD_SENDING_UINTS;
+    if (lobes->count == 0) return BD_ERR_OK;
+    uint32_t *all = malloc(uints * sizeof *all);
+    if (!all) return bd_err_set(detail, BD_ERR_NO_MEMORY, "points", "no memory for their lobes");
+    for (uint32_t i = 0; i < sides; i++)
+        all[i] = lobes->of_side[i] == BD_NO_LOBE ? BD_NO_LOBE
+                                                 : sides + lobes->of_side[i] * BD_SENDING_UINTS;
+    memcpy(all + sides, lobes->sending, lobes->count * sizeof *lobes->sending);
+    const enum bd_err err = bd_buf_create(d->context->gpu, "lobes of points", uints * sizeof *all,
+                                          all, &d->lobes, detail);
+    free(all);
+    return err;
+}
+
 static enum bd_err make_buffers(struct bd_point_gather_device *d, struct bd_err_detail *detail)
 {
     struct bd_gpu *gpu = d->context->gpu;
@@ -114,12 +134,14 @@ enum bd_err bd_point_gather_device_begin(const struct bd_pass_context *context,
     if (inputs->points->clusters.count == 0) return BD_ERR_OK;
     struct bd_defines defines = {0};
     bd_define(&defines, "BD_SIDE", (int)map->side);
+    if (inputs->points->lobes.count > 0) bd_define(&defines, "BD_LOBES", 1);
     enum bd_err err = bd_compute_get(context->gpu, "pass/point_gather/point_gather.comp", &defines,
                                      &d->program, detail);
     if (!err) err = make_room(d, detail);
     if (!err) err = make_buffers(d, detail);
     if (!err) err = upload_texels(d, map, detail);
     if (!err) err = upload_points(d, detail);
+    if (!err) err = upload_lobes(d, detail);
     if (err) bd_point_gather_device_end(out);
     return err;
 }
@@ -129,8 +151,8 @@ void bd_point_gather_device_end(struct bd_point_gather_device **device)
     struct bd_point_gather_device *d = *device;
     *device = NULL;
     if (!d) return;
-    struct bd_buf **bufs[] = {&d->points,   &d->names,  &d->radiance, &d->texels,
-                              &d->clusters, &d->askers, &d->light};
+    struct bd_buf **bufs[] = {&d->points, &d->names,    &d->radiance, &d->lobes,
+                              &d->texels, &d->clusters, &d->askers,   &d->light};
     void *rooms[] = {d->cuts, d->all_clusters, d->all_askers, d->asker_is, d->all_light};
     for (size_t i = 0; i < sizeof bufs / sizeof *bufs; i++)
         bd_buf_destroy(d->context->gpu, bufs[i]);
@@ -219,6 +241,7 @@ static void bind(const struct bd_point_gather_device *d, const struct bd_point_g
     bd_bind_storage(bindings, BD_STORAGE_POINT_CLUSTERS, d->clusters, true, false);
     bd_bind_storage(bindings, BD_STORAGE_POINT_ASKERS, d->askers, true, false);
     bd_bind_storage(bindings, BD_STORAGE_POINT_LIGHT, d->light, false, true);
+    if (d->lobes) bd_bind_storage(bindings, BD_STORAGE_POINT_LOBES, d->lobes, true, false);
     bindings->uniforms[BD_UNIFORM_ARGS].bytes = args;
     bindings->uniforms[BD_UNIFORM_ARGS].size_bytes = sizeof *args;
 }

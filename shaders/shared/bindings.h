@@ -120,6 +120,7 @@
 #define BD_STORAGE_POINT_ASKERS   4
 #define BD_STORAGE_POINT_LIGHT    5
 #define BD_STORAGE_POINT_NAMES    6
+#define BD_STORAGE_POINT_LOBES    7
 
 // Storage blocks of receivers, beside BD_STORAGE_FRAGMENTS.
 #define BD_STORAGE_RECEIVERS        3

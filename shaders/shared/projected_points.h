@@ -23,6 +23,12 @@
 #define BD_POINT_ASKER_UVEC4S 5u
 // What it gets: its irradiance, the spread; the irradiance vector, nothing; the noise, nothing.
 #define BD_POINT_LIGHT_VEC4S 3u
+// Sides that send by a lobe (lights/point_lobes.h): of each side where such a one begins, or
+// BD_NO_LOBE; then those, each of so many uints, after which come the ways of its light.
+#define BD_NO_LOBE          0xffffffffu
+#define BD_POINT_LOBES      4u // at most
+#define BD_POINT_LOBE_UINTS 4u
+#define BD_SENDING_UINTS    (8u + BD_POINT_LOBES * BD_POINT_LOBE_UINTS)
 
 struct bd_point_gather_args {
     BD_UINT explore, exploit; // of each cluster, of all
@@ -59,6 +65,17 @@ struct bd_point_light {
     float vector[3], unused_0;
     float noise[3], unused_1;
 };
+struct bd_point_lobe {
+    float irradiance[3];
+    uint32_t way; // bits_of_normal
+};
+struct bd_sending_point {
+    float base_color[3], metallic;
+    float roughness, f0_dielectric;
+    uint32_t normal, count;
+    struct bd_point_lobe lobes[BD_POINT_LOBES];
+};
+_Static_assert(sizeof(struct bd_sending_point) == 4 * BD_SENDING_UINTS, "std430 size");
 _Static_assert(sizeof(struct bd_projected_point) == 16, "std430 size");
 _Static_assert(sizeof(struct bd_point_cluster) == 16, "std430 size");
 _Static_assert(sizeof(struct bd_point_texel) == 16 * BD_TEXEL_VEC4S, "std430 size");

@@ -1,6 +1,7 @@
 // Light of points of all surfaces (server/pass/point_gather.h): whoever asks has a work group, which
 // weighs clusters, draws points of them into a map of BD_SIDE x BD_SIDE texels that it shares, and
 // sums what texels keep. Whole numbers decide who is drawn and kept: no order of threads shows.
+#include "kernel/brdf.h"
 #include "kernel/light_spread.h"
 #include "kernel/point_draws.h"
 #include "kernel/projected_point.h"
@@ -18,6 +19,9 @@ layout(std430, binding = BD_STORAGE_POINT_TEXELS) readonly buffer texel_block { 
 layout(std430, binding = BD_STORAGE_POINT_CLUSTERS) readonly buffer cluster_block { uvec4 clusters[]; };
 layout(std430, binding = BD_STORAGE_POINT_ASKERS) readonly buffer asker_block { uvec4 askers[]; };
 layout(std430, binding = BD_STORAGE_POINT_LIGHT) writeonly buffer light_block { vec4 light[]; };
+#ifdef BD_LOBES
+layout(std430, binding = BD_STORAGE_POINT_LOBES) readonly buffer lobe_block { uint lobes[]; };
+#endif
 
 #define TEXELS       (uint(BD_SIDE) * uint(BD_SIDE))
 #define TEXELS_EACH  ((TEXELS + THREADS - 1u) / THREADS)
@@ -262,6 +266,29 @@ float spread_of(asking a, uint seen, vec4 way_solid_angle, float light_of)
                            seen % 2u == 1u ? -normal : normal, light_of);
 }
 
+#ifdef BD_LOBES
+vec3 read_vec3(uint at)
+{
+    return uintBitsToFloat(uvec3(lobes[at], lobes[at + 1u], lobes[at + 2u]));
+}
+
+// What a side sends by its lobe, if it has one.
+vec3 sent_by_lobe(asking a, uint seen)
+{
+    uint at = lobes[seen];
+    vec3 sum = vec3(0.0);
+    if (at == BD_NO_LOBE) return sum;
+    vec3 to_viewer = normalize(a.position - uintBitsToFloat(points[seen / 2u].xyz));
+    vec3 color = read_vec3(at), normal = normal_of_bits(lobes[at + 6u]);
+    float metallic = uintBitsToFloat(lobes[at + 3u]), roughness = uintBitsToFloat(lobes[at + 4u]);
+    float f0_dielectric = uintBitsToFloat(lobes[at + 5u]);
+    for (uint i = 0u, way = at + 8u; i < min(lobes[at + 7u], BD_POINT_LOBES); i++, way += BD_POINT_LOBE_UINTS)
+        sum += read_vec3(way) * gltf_brdf(color, metallic, roughness, f0_dielectric, normal,
+                                          normal_of_bits(lobes[way + 3u]), to_viewer);
+    return sum;
+}
+#endif
+
 void sum_texels(asking a, uint seen[TEXELS_EACH])
 {
     vec3 own = in_axes(a.normal, a.across, a.along, a.up);
@@ -269,6 +296,9 @@ void sum_texels(asking a, uint seen[TEXELS_EACH])
     OWN_TEXELS(i, t) {
         if (seen[i] == SEES_NOTHING) continue;
         vec3 of = vec3(radiance[3u * seen[i]], radiance[3u * seen[i] + 1u], radiance[3u * seen[i] + 2u]);
+#ifdef BD_LOBES
+        of += sent_by_lobe(a, seen[i]);
+#endif
         vec3 weight = texels[BD_TEXEL_VEC4S * t].xyz;
         vec3 comes = of * max(dot(weight, own), 0.0);
         irradiance.rgb += comes;
