@@ -36,7 +36,8 @@ static bool fill(const struct bd_surface_hits *hits, const struct bd_surface_hit
     const uint32_t *index = hit->primitive->index + 3 * (size_t)hit->of_primitive;
     const f3 data =
         bd_map_data_at(hits->scene, &m->metallic_roughness_map, hit->primitive, index, u, v).rgb;
-    const float share = bd_share_of_interface(hits->scene, hit->primitive, index, u, v, data);
+    const float share =
+        bd_share_of_interface(hits->scene, hit->primitive, index, u, v, data, hits->roughest);
     const float roughness = m->roughness * data.y;
     const bool from_behind = f3_dot(place->normal, direction) > 0, mirrors = m->transmission == 0;
     if (!(share > 0) || (mirrors && from_behind && !m->double_sided)) return false;
@@ -64,8 +65,9 @@ static bool find(const struct bd_surface_hits *hits, uint32_t triangle, struct b
 {
     *hit = bd_surface_hit_of(hits, triangle);
     const struct bd_material *m = &hits->scene->materials[hit->primitive->material];
-    return bd_material_goes_on(m) && bd_triangle_place_of(&hits->space, hit->run, hit->instance,
-                                                          hit->primitive, hit->of_primitive, place);
+    return bd_material_goes_on(m, hits->roughest) &&
+           bd_triangle_place_of(&hits->space, hit->run, hit->instance, hit->primitive,
+                                hit->of_primitive, place);
 }
 
 bool bd_interface_at(const struct bd_surface_hits *hits, uint32_t triangle, float u, float v,

@@ -1,7 +1,8 @@
 // A surface from which light goes on, through it or as from a mirror, as a ray meets it, and how
 // the ray does.
 //
-// Mirrors are metals (bd_material_may_mirror), by their share of metal: their facets reflect.
+// Mirrors are metals, as rough as `hits` say (bd_material_may_mirror), by their share of metal:
+// their facets reflect.
 //
 // glTF's glass: of the share of a surface that transmits, microfacets reflect by Fresnel's
 // equations and let pass the rest, coloured by the base colour. Thin walls turn nothing, solids

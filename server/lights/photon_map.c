@@ -21,7 +21,7 @@ struct bd_photon_map {
     struct bd_disk_sums flux_sums, vector_sums, surface_sums;
     // Of photons.
     f3 *flux, *vector;
-    bool *is_met;
+    bool *is_met, *is_by_brushed;
     struct bd_photon_map_how how;
 };
 
@@ -38,6 +38,7 @@ static void keep_light(struct bd_photon_map *map, const struct bd_photon *photon
         map->flux[i] = photons[i].flux;
         map->vector[i] = vector_of(&photons[i]);
         map->is_met[i] = photons[i].is_met;
+        map->is_by_brushed[i] = photons[i].is_by_brushed;
     }
 }
 
@@ -49,8 +50,9 @@ static enum bd_err plant(struct bd_photon_map *map, const struct bd_photon *phot
     map->flux = malloc((count + 1) * sizeof *map->flux);
     map->vector = malloc((count + 1) * sizeof *map->vector);
     map->is_met = malloc((count + 1) * sizeof *map->is_met);
+    map->is_by_brushed = malloc((count + 1) * sizeof *map->is_by_brushed);
     enum bd_err err = BD_ERR_OK;
-    if (!map->flux || !map->vector || !map->is_met || !points.points)
+    if (!map->flux || !map->vector || !map->is_met || !map->is_by_brushed || !points.points)
         err = bd_err_set(detail, BD_ERR_NO_MEMORY, "photons", "no memory for %u photons", count);
     else
         keep_light(map, photons, count);
@@ -96,13 +98,15 @@ void bd_photon_map_destroy(struct bd_photon_map **map)
     free(m->flux);
     free(m->vector);
     free(m->is_met);
+    free(m->is_by_brushed);
     free(m);
     *map = NULL;
 }
 
 uint64_t bd_photon_map_bytes(const struct bd_photon_map *map)
 {
-    const uint64_t each = sizeof *map->flux + sizeof *map->vector + sizeof *map->is_met;
+    const uint64_t each =
+        sizeof *map->flux + sizeof *map->vector + sizeof *map->is_met + sizeof *map->is_by_brushed;
     return sizeof *map + map->photons.count * each + bd_facing_trees_bytes(&map->photons) +
            bd_facing_trees_bytes(&map->surfaces) + bd_disk_sums_bytes(&map->flux_sums) +
            bd_disk_sums_bytes(&map->vector_sums) + bd_disk_sums_bytes(&map->surface_sums);
@@ -240,6 +244,7 @@ static void tell_one(void *user, uint32_t number, float distance2)
         .irradiance = f3_scale(t->map->flux[number], weight * t->per_area),
         .way = f3_unit(vector),
         .is_met = t->map->is_met[number],
+        .is_by_brushed = t->map->is_by_brushed[number],
     };
     t->look(t->user, &told);
 }

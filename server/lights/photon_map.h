@@ -36,6 +36,8 @@ struct bd_photon {
     f3 flux;             // the frame's unit times render units squared
     f3 way;              // unit, to where it came from
     bool is_met;         // rays from a receiver meet its lamp, too
+    bool
+        is_by_brushed; // its last wall was brushed metal, where lobes look for its light themselves
 };
 
 struct bd_photon_map;
@@ -74,7 +76,7 @@ f3 bd_photon_map_tell(const struct bd_photon_map *map, const struct bd_photon_di
 // One of those on a disk: what it adds to the irradiance, and whence.
 struct bd_photon_told {
     f3 irradiance, way;
-    bool is_met;
+    bool is_met, is_by_brushed;
 };
 // For lobes, which sums tell nothing of.
 void bd_photon_map_each(const struct bd_photon_map *map, const struct bd_photon_disk *disk,

@@ -103,17 +103,18 @@ static inline f3 bd_diffuse_of(const struct bd_scene *scene, const struct bd_pri
                           cosine);
 }
 
-// What of the light that comes to a surface goes on as at glass or a mirror (lights/interface.h).
-// `data`: its texel of metalness and roughness.
+// What of the light that comes to a surface goes on as at glass or a mirror (lights/interface.h),
+// which metals up to the roughness `roughest` are. `data`: its texel of metalness and roughness.
 static inline float bd_share_of_interface(const struct bd_scene *scene,
                                           const struct bd_primitive *primitive,
-                                          const uint32_t index[3], float u, float v, f3 data)
+                                          const uint32_t index[3], float u, float v, f3 data,
+                                          float roughest)
 {
     const struct bd_material *m = &scene->materials[primitive->material];
     const float metallic = m->metallic * data.z;
     if (m->transmission > 0)
         return (1 - metallic) * bd_transmission_at(scene, primitive, index, u, v);
-    const bool mirrors = bd_material_may_mirror(m) && m->roughness * data.y <= BD_MIRROR_ROUGHNESS;
+    const bool mirrors = bd_material_may_mirror(m, roughest) && m->roughness * data.y <= roughest;
     return mirrors ? metallic : 0;
 }
 
@@ -125,13 +126,16 @@ static inline f3 bd_sent_beside_interface(const struct bd_scene *scene,
 {
     const struct bd_material *m = &scene->materials[primitive->material];
     const bool is_glass = m->transmission > 0;
-    const bool is_told =
-        sends == BD_SENDS_DIFFUSE_BESIDE_GLASS
-            ? is_glass
-            : sends == BD_SENDS_BESIDE_INTERFACES && (is_glass || bd_material_may_mirror(m));
+    const float roughest =
+        sends == BD_SENDS_BESIDE_MIRRORS ? BD_MIRROR_ROUGHNESS : BD_BRUSHED_ROUGHNESS;
+    const bool is_beside = sends == BD_SENDS_BESIDE_MIRRORS || sends == BD_SENDS_BESIDE_INTERFACES;
+    const bool is_told = sends == BD_SENDS_DIFFUSE_BESIDE_GLASS
+                             ? is_glass
+                             : is_beside && (is_glass || bd_material_may_mirror(m, roughest));
     if (!is_told) return diffuse;
     const f3 data = bd_map_data_at(scene, &m->metallic_roughness_map, primitive, index, u, v).rgb;
-    return f3_scale(diffuse, 1 - bd_share_of_interface(scene, primitive, index, u, v, data));
+    return f3_scale(diffuse,
+                    1 - bd_share_of_interface(scene, primitive, index, u, v, data, roughest));
 }
 
 // What blends is there where it is at least half opaque.

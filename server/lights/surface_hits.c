@@ -4,7 +4,8 @@
 
 void bd_surface_hits_init(struct bd_surface_hits *hits, const struct bd_scene *scene)
 {
-    *hits = (struct bd_surface_hits){.scene = scene, .space = bd_render_space_of(scene)};
+    *hits = (struct bd_surface_hits){
+        .roughest = BD_BRUSHED_ROUGHNESS, .scene = scene, .space = bd_render_space_of(scene)};
     bd_triangle_order_init(&hits->order, scene);
 }
 

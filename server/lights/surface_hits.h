@@ -15,6 +15,7 @@
 
 // Borrows the scene.
 struct bd_surface_hits {
+    float roughest; // of metals that are mirrors; at first brushed ones are (scene/model/scene.h)
     const struct bd_scene *scene;
     struct bd_render_space space;
     struct bd_triangle_order order;

@@ -30,8 +30,10 @@ enum bd_sends {
     BD_SENDS_DIFFUSE_BESIDE_GLASS, // the same, but for what passes
     BD_SENDS_LAMBERT,              // its base colour: metals have such a lobe, too
     BD_SENDS_ALL,                  // what all of its BRDF reflects, of light from everywhere
-    // The same, but for what goes on at glass and mirrors (lights/interface.h).
+    // The same, but for what goes on at glass and mirrors (lights/interface.h), of which brushed
+    // metal is one, or is none.
     BD_SENDS_BESIDE_INTERFACES,
+    BD_SENDS_BESIDE_MIRRORS,
     // Nothing is asked of what it sends on, but that it hides what is behind it: what is unlit has
     // points, too, and nothing has any on its back.
     BD_SENDS_NOTHING,

@@ -9,6 +9,7 @@
 #include "lights/directions.h"
 #include "lights/sequence.h"
 #include "lights/surface_hits.h"
+#include "pass/brushed.h"
 #include "pass/f3_arrays.h"
 #include "pass/landed.h"
 #include "pass/nearest.h"
@@ -19,6 +20,8 @@
 #define AT_ONCE 16384u
 // Spheres that are aimed at; of more glass, several share one.
 #define TARGETS_MAX 64u
+// Brushed metal that a photon comes to and is told at; further walls of it tell nothing.
+#define ON_WAY_MAX 4u
 // Of the slicer, one for each evaluation of a VPL.
 #define UNITS_PER_PHOTON 100.0
 // Of the scene's radius: how far off photons still tell of a place.
@@ -53,6 +56,10 @@ struct caustics {
     f3 *flux;
     float *inverse_range;
     bool *is_met; // their lamps are
+    // What came to brushed metal on the way: of each photon so many, and how many; which walls it
+    // had met before the last of them.
+    struct bd_photon (*on_way)[ON_WAY_MAX];
+    uint32_t *on_way_count, *told_at;
     struct bd_photon *landed;
     uint32_t landed_count;
     struct bd_err_detail *detail;
@@ -99,7 +106,7 @@ static void find_targets(struct caustics *c)
         const struct bd_primitive *primitive =
             &scene->meshes[run->mesh]->primitives[run->primitive];
         const struct bd_material *material = &scene->materials[primitive->material];
-        if (!bd_material_goes_on(material)) continue;
+        if (!bd_material_goes_on(material, c->hits.roughest)) continue;
         for (uint32_t i = 0; i < run->instance_count; i++, found++) {
             const struct bd_instance *instance =
                 &scene->instances[order->instances[run->first_instance + i]];
@@ -345,6 +352,8 @@ static void set_out(const struct caustics *c, uint32_t i)
     c->inverse_range[i] = s.inverse_range;
     c->is_met[i] = lamp >= in->punctual_count;
     c->numbers[i] = number;
+    c->on_way_count[i] = 0;
+    c->told_at[i] = BD_NOT_TOLD;
 }
 
 static void set_out_group(void *user, uint32_t group)
@@ -360,8 +369,51 @@ static void leave_lamp(struct caustics *c, uint32_t i)
     c->flux[i] = f3_scale(c->flux[i], window_of_range(c->met[i].distance, c->inverse_range[i]));
 }
 
+static uint32_t landed_room(const struct caustics *c)
+{
+    const uint32_t count = c->inputs->count;
+    return count < BD_PHOTONS_LANDED_MAX / (ON_WAY_MAX + 1) ? (ON_WAY_MAX + 1) * count
+                                                            : BD_PHOTONS_LANDED_MAX;
+}
+
+// Whether the wall before was brushed metal.
+static bool is_by_brushed(const struct caustics *c, uint32_t i, const struct bd_way *way)
+{
+    return c->told_at[i] != BD_NOT_TOLD && c->told_at[i] + 1 == way->events;
+}
+
+static void tell_on_way(void *user, uint32_t i, const struct bd_interface *at,
+                        const struct bd_ray *ray, const struct bd_ray_hit *hit,
+                        const struct bd_way *way)
+{
+    struct caustics *c = user;
+    const bool is_by = is_by_brushed(c, i, way);
+    const f3 flux = f3_mul(c->flux[i], way->weight);
+    (void)hit;
+    c->told_at[i] = way->events;
+    if (way->straight || c->on_way_count[i] == ON_WAY_MAX) return;
+    c->on_way[i][c->on_way_count[i]++] =
+        (struct bd_photon){.position = at->position,
+                           .normal = at->normal_geometric,
+                           .flux = flux,
+                           .way = f3_of(-ray->direction[0], -ray->direction[1], -ray->direction[2]),
+                           .is_met = c->is_met[i],
+                           .is_by_brushed = is_by};
+}
+
+// Each photon has its place where it lands.
+static uint32_t on_way_room(const struct caustics *c)
+{
+    return landed_room(c) - c->inputs->count;
+}
+
 static void land(struct caustics *c, uint32_t i)
 {
+    for (uint32_t k = 0; k < c->on_way_count[i]; k++)
+        if (strongest_channel(c->on_way[i][k].flux) > 0 && c->landed_count < on_way_room(c))
+            c->landed[c->landed_count++] = c->on_way[i][k];
+    if (c->told_at[i] == c->ways[i].events) return;
+
     const struct bd_ray_hit *hit = &c->met[i];
     const float *d = c->rays[i].direction;
     struct bd_surface_point at;
@@ -370,17 +422,20 @@ static void land(struct caustics *c, uint32_t i)
     if (!(strongest_channel(flux) > 0) ||
         !bd_surface_hit_at(&c->hits, hit->triangle, hit->u, hit->v, f3_of(d[0], d[1], d[2]), &at))
         return;
-    c->landed[c->landed_count++] = (struct bd_photon){.position = at.position,
-                                                      .normal = at.normal,
-                                                      .flux = f3_scale(flux, 1 / c->ways[i].rest),
-                                                      .way = f3_of(-d[0], -d[1], -d[2]),
-                                                      .is_met = c->is_met[i]};
+    c->landed[c->landed_count++] =
+        (struct bd_photon){.position = at.position,
+                           .normal = at.normal,
+                           .flux = f3_scale(flux, 1 / c->ways[i].rest),
+                           .way = f3_of(-d[0], -d[1], -d[2]),
+                           .is_met = c->is_met[i],
+                           .is_by_brushed = is_by_brushed(c, i, &c->ways[i])};
 }
 
 static enum bd_err let_fly(struct caustics *c)
 {
     const struct bd_caustic_photons_inputs *in = c->inputs;
     struct bd_ray_counts traced = {0};
+    const struct bd_onward_look look = {tell_on_way, c};
     bd_slicer_work(c->context.slicer, "caustic photons");
     enum bd_err err = bd_receivers_each(&c->context, (c->at_once + BD_LANES - 1) / BD_LANES,
                                         UNITS_PER_PHOTON * BD_LANES, set_out_group, c);
@@ -389,9 +444,9 @@ static enum bd_err let_fly(struct caustics *c)
                              c->detail);
     for (uint32_t i = 0; !err && i < c->at_once; i++) leave_lamp(c, i);
     if (!err)
-        err =
-            bd_onward_run(&c->context, &c->hits, in->visibility, BD_CARRIES_FLUX, in->seed ^ OF_WAY,
-                          c->numbers, c->rays, c->met, c->ways, c->at_once, &traced, c->detail);
+        err = bd_onward_run(&c->context, &c->hits, in->visibility, BD_CARRIES_FLUX,
+                            in->seed ^ OF_WAY, c->numbers, c->rays, c->met, c->ways, c->at_once,
+                            &look, &traced, c->detail);
     for (uint32_t i = 0; !err && i < c->at_once; i++) land(c, i);
     return err;
 }
@@ -405,9 +460,12 @@ static enum bd_err make_room(struct caustics *c)
     c->flux = malloc(AT_ONCE * sizeof *c->flux);
     c->inverse_range = malloc(AT_ONCE * sizeof *c->inverse_range);
     c->is_met = malloc(AT_ONCE * sizeof *c->is_met);
-    c->landed = malloc(((size_t)c->inputs->count + 1) * sizeof *c->landed);
+    c->landed = malloc((landed_room(c) + (size_t)1) * sizeof *c->landed);
+    c->on_way = malloc(AT_ONCE * sizeof *c->on_way);
+    c->on_way_count = malloc(AT_ONCE * sizeof *c->on_way_count);
+    c->told_at = malloc(AT_ONCE * sizeof *c->told_at);
     if (c->rays && c->met && c->ways && c->numbers && c->flux && c->inverse_range && c->is_met &&
-        c->landed)
+        c->landed && c->on_way && c->on_way_count && c->told_at)
         return BD_ERR_OK;
     return bd_err_set(c->detail, BD_ERR_NO_MEMORY, "photons", "no memory for %u photons",
                       c->inputs->count);
@@ -444,6 +502,7 @@ enum bd_err bd_caustic_photons_run(const struct bd_pass_context *context,
                          .detail = detail};
     *out = NULL;
     bd_surface_hits_init(&c.hits, inputs->snapshot);
+    if (inputs->mirrors_alone) c.hits.roughest = BD_MIRROR_ROUGHNESS;
     const enum bd_err err = run(&c, out);
     bd_surface_hits_finish(&c.hits);
     free(c.cumulated);
@@ -455,5 +514,8 @@ enum bd_err bd_caustic_photons_run(const struct bd_pass_context *context,
     free(c.inverse_range);
     free(c.is_met);
     free(c.landed);
+    free(c.on_way);
+    free(c.on_way_count);
+    free(c.told_at);
     return err;
 }

@@ -29,6 +29,7 @@ struct bd_caustic_photons_inputs {
     uint32_t punctual_count;
     const struct bd_area_lights *emitters; // NULL: none
     float from_cd_m2;                      // to the frame's unit
+    bool mirrors_alone;                    // brushed metal sends by itself (lights/point_lobes.h)
     uint32_t count;                        // that are sent, 1 to BD_PHOTONS_MAX
     uint64_t seed;
 };

@@ -192,5 +192,5 @@ enum bd_err bd_cosine_rays_trace(const struct bd_pass_context *context, struct b
     err = bd_nearest_ask(context, visibility, r->rays, r->count, r->hits, &r->traced, detail);
     if (err || !r->glass) return err;
     return bd_onward_run(context, r->glass, visibility, BD_CARRIES_RADIANCE, r->seed, r->numbers,
-                         r->rays, r->hits, r->ways, r->count, &r->traced, detail);
+                         r->rays, r->hits, r->ways, r->count, NULL, &r->traced, detail);
 }

@@ -140,7 +140,7 @@ static enum bd_err go_on(struct photons *p, struct bd_ray_counts *traced,
     }
     const enum bd_err err = bd_onward_run(p->context, &p->hits, p->inputs->visibility,
                                           BD_CARRIES_FLUX, p->inputs->seed ^ OF_GLASS, p->numbers,
-                                          p->rays, p->met, p->ways, p->count, traced, detail);
+                                          p->rays, p->met, p->ways, p->count, NULL, traced, detail);
     for (uint32_t i = 0; !err && i < p->count; i++) {
         const bool is_lost = p->inputs->straight_alone && !p->ways[i].straight;
         p->flux[i] = is_lost ? f3_of(0, 0, 0) : f3_mul(p->flux[i], p->ways[i].weight);

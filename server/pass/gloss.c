@@ -9,6 +9,7 @@
 #include "lights/directions.h"
 #include "lights/sequence.h"
 #include "lights/surface_hits.h"
+#include "pass/brushed.h"
 #include "pass/gather_native.h"
 #include "pass/lobe.h"
 #include "pass/native/native.h"
@@ -70,6 +71,8 @@ struct gloss {
     struct bd_ray_hit *hits;
     struct bd_way *ways; // in scenes with glass; else NULL, as are the rays' numbers
     uint32_t *numbers;
+    struct bd_brushed_way *brushed;  // of each ray, with glass
+    f3 *of_brushed;                  // what those bring
     struct bd_surface_point *places; // `triangle` BD_NO_TRIANGLE: nothing that sends light
     f3 *irradiance;                  // there; then what the pixel reflects of it
     float *cosine;                   // under which it comes there
@@ -101,7 +104,9 @@ static uint32_t receivers_at_once(const struct gloss *g)
         rays_of_group(g) * (sizeof *g->rays + sizeof *g->shares + sizeof *g->hits +
                             sizeof *g->places + sizeof *g->irradiance + sizeof *g->cosine +
                             sizeof *g->are_looked_at + sizeof *g->spread_sr + sizeof *g->seen +
-                            (g->inputs->glass ? sizeof *g->ways + sizeof *g->numbers : 0));
+                            (g->inputs->glass ? sizeof *g->ways + sizeof *g->numbers +
+                                                    sizeof *g->brushed + sizeof *g->of_brushed
+                                              : 0));
     return (uint32_t)(ROOM_BYTES > group ? ROOM_BYTES / group : 1) * BD_LANES;
 }
 
@@ -129,10 +134,12 @@ static enum bd_err make_room(struct gloss *g, uint32_t group_count)
     if (g->inputs->glass) {
         g->ways = malloc(rays * sizeof *g->ways);
         g->numbers = malloc(rays * sizeof *g->numbers);
+        g->brushed = malloc(rays * sizeof *g->brushed);
+        g->of_brushed = malloc(rays * sizeof *g->of_brushed);
     }
     const bool all = g->rays && g->shares && g->hits && g->places && g->irradiance && g->cosine &&
                      g->are_looked_at && g->spread_sr && g->seen && g->ray_count && g->first_ray &&
-                     (!g->inputs->glass || (g->ways && g->numbers));
+                     (!g->inputs->glass || (g->ways && g->numbers && g->brushed && g->of_brushed));
     return all ? BD_ERR_OK : no_memory(g);
 }
 
@@ -147,9 +154,10 @@ static enum bd_err make_halves(struct gloss *g)
 
 static void free_all(struct gloss *g)
 {
-    void *arrays[] = {g->rays,    g->shares,  g->hits,          g->places,    g->irradiance,
-                      g->ways,    g->cosine,  g->ray_count,     g->first_ray, g->half[0],
-                      g->half[1], g->numbers, g->are_looked_at, g->spread_sr, g->seen};
+    void *arrays[] = {g->rays,      g->shares,  g->hits,      g->places,     g->irradiance,
+                      g->ways,      g->cosine,  g->ray_count, g->first_ray,  g->half[0],
+                      g->half[1],   g->numbers, g->brushed,   g->of_brushed, g->are_looked_at,
+                      g->spread_sr, g->seen};
     for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++) free(arrays[i]);
 }
 
@@ -326,6 +334,7 @@ static f3 light_of_place(const struct gloss *g, uint32_t i)
     const struct bd_far_inputs *in = g->inputs;
     const float cosine = g->are_looked_at[i] ? BD_FROM_EVERYWHERE : g->cosine[i];
     f3 light = f3_add(g->seen[i], f3_mul(g->irradiance[i], sent(g, i, cosine)));
+    if (g->ways && bd_brushed_ends(&g->brushed[i], &g->ways[i])) light = f3_of(0, 0, 0);
     f3 more = f3_of(0, 0, 0);
     if (in->cells) more = bd_irradiance_cells_look(in->cells, at->position, at->normal);
     if (in->caustics)
@@ -355,7 +364,8 @@ static void reflect_group(void *user, uint32_t group)
     const uint32_t first = g->first_ray[group];
     for (uint32_t i = first; i < first + g->ray_count[group]; i++) {
         const struct bd_way *way = g->ways ? &g->ways[i] : &bd_way_begins;
-        const f3 light = f3_add(f3_mul(way->weight, light_of_place(g, i)), emission_of(g, i));
+        f3 light = f3_add(f3_mul(way->weight, light_of_place(g, i)), emission_of(g, i));
+        if (g->ways) light = f3_add(light, g->of_brushed[i]);
         g->irradiance[i] = f3_mul(light, g->shares[i].beyond);
     }
 }
@@ -374,9 +384,14 @@ static void sum(const struct gloss *g)
 static enum bd_err go_on(struct gloss *g)
 {
     const struct bd_far_inputs *in = g->inputs;
-    for (uint32_t i = 0; i < g->count; i++) g->numbers[i] = g->shares[i].number;
+    const struct bd_onward_look look = {bd_brushed_look, g->brushed};
+    for (uint32_t i = 0; i < g->count; i++) {
+        g->numbers[i] = g->shares[i].number;
+        g->brushed[i] = bd_brushed_begins(g->shares[i].number, g->shares[i].spread_sr);
+    }
     return bd_onward_run(&g->context, &g->surfaces, in->visibility, BD_CARRIES_RADIANCE, in->seed,
-                         g->numbers, g->rays, g->hits, g->ways, g->count, &g->traced, g->detail);
+                         g->numbers, g->rays, g->hits, g->ways, g->count,
+                         in->sends == BD_SENDS_LAMBERT ? NULL : &look, &g->traced, g->detail);
 }
 
 // All that places are lit by straight away, and by virtual lights.
@@ -395,6 +410,9 @@ static enum bd_err light_places(struct gloss *g)
     enum bd_err err =
         bd_first_light_run(&g->context, in->first, in->visibility, in->seed + PURPOSE, g->places,
                            g->count, &looks, g->irradiance, g->cosine, &g->traced, g->detail);
+    if (!err && g->ways)
+        err = bd_brushed_light(&g->context, &g->surfaces, in->first, in->visibility, in->seed,
+                               g->brushed, g->count, g->of_brushed, &g->traced, g->detail);
     if (err || !in->seen.list || g->count == 0) return err;
     return bd_gather_chosen_native_run(&g->context, &gather, &g->traced, g->detail);
 }

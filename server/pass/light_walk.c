@@ -235,9 +235,9 @@ static enum bd_err go_on(struct walk *w)
             w->ways[i].weight, window_of_range(w->met[i].distance, w->photons[i].inverse_range));
         w->numbers[i] = w->sent_count++;
     }
-    const enum bd_err err = bd_onward_run(&w->context, &w->hits, &w->inputs->visibility,
-                                          BD_CARRIES_FLUX, w->inputs->seed ^ OF_GLASS, w->numbers,
-                                          w->rays, w->met, w->ways, w->at_once, &traced, w->detail);
+    const enum bd_err err = bd_onward_run(
+        &w->context, &w->hits, &w->inputs->visibility, BD_CARRIES_FLUX, w->inputs->seed ^ OF_GLASS,
+        w->numbers, w->rays, w->met, w->ways, w->at_once, NULL, &traced, w->detail);
     for (uint32_t i = 0; !err && i < w->at_once; i++) leave_glass(w, i);
     return err;
 }

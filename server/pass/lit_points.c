@@ -41,7 +41,7 @@ static enum bd_err no_memory(const struct lighting *l)
 static enum bd_sends sends_of(const struct bd_lit_points_inputs *in)
 {
     if (in->lambert) return BD_SENDS_LAMBERT;
-    return in->glass ? BD_SENDS_BESIDE_INTERFACES : BD_SENDS_ALL;
+    return in->glass ? BD_SENDS_BESIDE_MIRRORS : BD_SENDS_ALL;
 }
 
 static void leave_out_glass(struct lighting *l)
@@ -184,6 +184,7 @@ static enum bd_err send_through_glass(struct lighting *l)
         .punctual_count = in->first.punctual_count,
         .emitters = lights && lights->count > 0 ? lights : NULL,
         .from_cd_m2 = (float)(1 / in->space->unit_cd_m2),
+        .mirrors_alone = true,
         .count = in->photons,
         .seed = in->seed,
     };

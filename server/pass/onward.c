@@ -3,6 +3,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "kernel/brdf.h"
 #include "lights/sequence.h"
 #include "pass/nearest.h"
 #include "pass/receivers.h"
@@ -24,6 +25,7 @@ struct onward {
     struct bd_ray *rays;
     struct bd_ray_hit *hits;
     struct bd_way *ways;
+    const struct bd_onward_look *look;
     // Of those that are still on their way: which, and what is asked next.
     uint32_t count;
     uint32_t *which;
@@ -105,6 +107,8 @@ static bool go_on(struct onward *o, uint32_t i)
                                                : edge.inside;
     way->weight = bd_interface_absorbed(way->weight, extinction, hit->distance);
     if (!is_glass) return false;
+    if (o->look && at.mirrors && at.alpha > ggx_alpha(BD_MIRROR_ROUGHNESS))
+        o->look->look(o->look->user, i, &at, &o->rays[i], hit, way);
     if (draw(o->seed, o->numbers[i], way->events, number) >= at.share) {
         way->rest = f_max(1 - at.share, BD_REST_LEAST);
         return false;
@@ -155,7 +159,8 @@ enum bd_err bd_onward_run(const struct bd_pass_context *context,
                           const struct bd_visibility_inputs *visibility, enum bd_carries carries,
                           uint64_t seed, const uint32_t *numbers, struct bd_ray *rays,
                           struct bd_ray_hit *hits, struct bd_way *ways, uint32_t count,
-                          struct bd_ray_counts *traced, struct bd_err_detail *detail)
+                          const struct bd_onward_look *look, struct bd_ray_counts *traced,
+                          struct bd_err_detail *detail)
 {
     struct onward o = {.context = context,
                        .surfaces = surfaces,
@@ -166,6 +171,7 @@ enum bd_err bd_onward_run(const struct bd_pass_context *context,
                        .rays = rays,
                        .hits = hits,
                        .ways = ways,
+                       .look = look,
                        .count = count};
     enum bd_err err = make_room(&o, count, detail);
     for (uint32_t i = 0; !err && i < count; i++) o.which[i] = i;

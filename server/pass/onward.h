@@ -37,6 +37,14 @@ extern const struct bd_way bd_way_begins;
 // Photons carry flux with a ray, others bring radiance back along it.
 enum bd_carries { BD_CARRIES_RADIANCE, BD_CARRIES_FLUX };
 
+// Who keeps what comes to brushed metal (scene/model/scene.h), which light goes on from, too: hears
+// of ray `i` there, as it is before that wall, from any thread. NULL: nobody does.
+struct bd_onward_look {
+    void (*look)(void *user, uint32_t i, const struct bd_interface *at, const struct bd_ray *ray,
+                 const struct bd_ray_hit *hit, const struct bd_way *way);
+    void *user;
+};
+
 // Of rays that are asked already: where one met glass it goes on, and `rays` and `hits` are those
 // of its last leg, as are distances. A ray that is lost meets nothing, and has no weight.
 // Directions are unit; `numbers` are the rays' own. `count` any; in slices of their own.
@@ -46,7 +54,8 @@ enum bd_err bd_onward_run(const struct bd_pass_context *context,
                           const struct bd_visibility_inputs *visibility, enum bd_carries carries,
                           uint64_t seed, const uint32_t *numbers, struct bd_ray *rays,
                           struct bd_ray_hit *hits, struct bd_way *ways, uint32_t count,
-                          struct bd_ray_counts *traced, struct bd_err_detail *detail);
+                          const struct bd_onward_look *look, struct bd_ray_counts *traced,
+                          struct bd_err_detail *detail);
 
 // The first wall, of a pixel that shows glass: the ray that passes, into `ray` and `way`. `number`
 // as above. False: none does.

@@ -201,8 +201,8 @@ static void reflect(void *user, const struct bd_photon_told *told)
     const f3 all = gltf_brdf(r->base_color, r->metallic, r->roughness, r->f0_dielectric, r->normal,
                              told->way, r->viewer);
     r->reflected = f3_add(r->reflected, f3_mul(irradiance, all));
-    // What rays from a narrow lobe meet is no photon's (pass/gloss.h).
-    if (told->is_met && r->roughness <= BD_MIRROR_ROUGHNESS) return;
+    // What rays from lobes find is no photon's (pass/gloss.h).
+    if (told->is_by_brushed || (told->is_met && r->roughness <= BD_MIRROR_ROUGHNESS)) return;
     r->glossy = f3_add(r->glossy, f3_mul(irradiance, f3_sub(all, r->returned)));
 }
 

@@ -200,7 +200,7 @@ static enum bd_err go_through(struct paths *p, struct bd_ray_counts *traced)
     }
     return bd_onward_run(&p->context, &p->hits, in->visibility, BD_CARRIES_FLUX,
                          in->seed ^ (OF_GLASS + p->round), p->numbers, p->rays, p->met, p->ways,
-                         p->at_once, traced, p->detail);
+                         p->at_once, NULL, traced, p->detail);
 }
 
 static double sum_of(f3 flux)

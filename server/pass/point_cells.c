@@ -494,6 +494,7 @@ enum bd_err bd_point_cells_run(const struct bd_pass_context *context,
     struct cells c = {
         .context = *context, .inputs = inputs, .radiance = radiance, .detail = detail};
     bd_surface_hits_init(&c.hits, inputs->snapshot);
+    c.hits.roughest = BD_MIRROR_ROUGHNESS;
     bd_slicer_work(context->slicer, "cells of points");
     enum bd_err err = walk(&c, traced);
     if (!err) err = make_cells(&c);

@@ -105,7 +105,7 @@ static void add_material(struct bd_features *features, const struct bd_material 
     features->has_metal |= metal;
     features->has_glossy |= metal || material->roughness < 0.6f;
     features->has_rough |= (material->metallic < 1 || has_map) && material->roughness >= 0.6f;
-    features->has_mirror |= bd_material_may_mirror(material);
+    features->has_mirror |= bd_material_may_mirror(material, BD_BRUSHED_ROUGHNESS);
     features->has_transmissive |= transmissive;
     features->has_pane |= bd_material_is_pane(material);
     features->has_lens |= transmissive && !bd_material_is_pane(material);

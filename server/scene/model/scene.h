@@ -137,12 +137,15 @@ struct bd_node {
 };
 
 // Metals up to that roughness are mirrors: light goes on from them along their lobe, where others
-// send it on evenly, for whoever follows it (lights/interface.h).
+// send it on evenly, for whoever follows it (lights/interface.h). Only rays find what they show.
 #define BD_MIRROR_ROUGHNESS 0.25f
-static inline bool bd_material_may_mirror(const struct bd_material *material)
+// Up to this one they are brushed: light goes on from them, too, for who follows it by photons and
+// rays alone (lights/surface_hits.h).
+#define BD_BRUSHED_ROUGHNESS 0.6f
+static inline bool bd_material_may_mirror(const struct bd_material *material, float roughest)
 {
     const bool has_map = material->metallic_roughness_map.texture != BD_NONE;
-    const bool is_smooth = has_map || material->roughness <= BD_MIRROR_ROUGHNESS;
+    const bool is_smooth = has_map || material->roughness <= roughest;
     return material->metallic > 0 && is_smooth && material->transmission == 0 && !material->unlit;
 }
 
@@ -159,10 +162,11 @@ static inline bool bd_material_is_solid(const struct bd_material *material)
     return material->transmission > 0 && material->thickness_m > 0 && !material->unlit;
 }
 
-// Whether light goes on at it, as at glass or a mirror.
-static inline bool bd_material_goes_on(const struct bd_material *material)
+// Whether light goes on at it, as at glass or a mirror, which metals up to that roughness are.
+static inline bool bd_material_goes_on(const struct bd_material *material, float roughest)
 {
-    return (material->transmission > 0 && !material->unlit) || bd_material_may_mirror(material);
+    return (material->transmission > 0 && !material->unlit) ||
+           bd_material_may_mirror(material, roughest);
 }
 
 struct bd_light {
@@ -241,7 +245,7 @@ struct bd_features {
     bool has_metal;    // metallic factor > 0 (before its map)
     bool has_glossy;   // metal, or roughness factor < 0.6
     bool has_rough;    // roughness factor of at least that, and not all metal
-    bool has_mirror;   // bd_material_may_mirror
+    bool has_mirror;   // bd_material_may_mirror, brushed ones too
     bool has_pane;     // bd_material_is_pane
     bool has_lens;     // glass that is none: it bends or spreads what passes
     bool has_transmissive, has_emissive, has_unlit, has_environment;
