@@ -248,9 +248,10 @@ static void list_omitted_of_clamp(const struct bd_plan *plan, struct bd_report *
 {
     const struct bd_params *p = &plan->params;
     const bool nothing = isinf(p->clamp_per_m2);
-    const char *no_screen = nothing              ? "clamp=inf"
-                            : p->iterations == 0 ? "iterations=0"
-                                                 : "residual=rays";
+    const char *no_screen = nothing                           ? "clamp=inf"
+                            : p->iterations == 0              ? "iterations=0"
+                            : p->residual == BD_RESIDUAL_RAYS ? "residual=rays"
+                                                              : "mirrors and glass bring light";
     omit(report, !plan->from_screen, pass_when(plan->technique, BD_WHEN_SCREEN), no_screen);
     for (const struct bd_technique_pass *pass = plan->technique->passes; pass->name; pass++)
         omit(report, !plan->short_rays && pass->when & BD_WHEN_SHORT, pass->name,
@@ -551,7 +552,6 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
     out->indirect = reflects_areas || (reflects && out->light_count > 0);
     out->bounces = model_of(out).indirect_bounces;
     const bool is_clamped = out->indirect && out->technique->inputs & BD_INPUT_SCREEN;
-    out->from_screen = is_clamped && bd_params_give_back(&out->params);
     out->short_rays = is_clamped && bd_params_bring_back(&out->params);
     out->final_gather = out->indirect && out->technique->inputs & BD_INPUT_FINAL_GATHER;
     out->photons = out->indirect && out->technique->inputs & BD_INPUT_PHOTONS;
@@ -564,6 +564,7 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
     out->shows_glass = out->glass && !follows(out) && (out->area_lights || out->light_count > 0);
     out->goes_on =
         follows(out) && model_of(out).transmission && (f->has_transmissive || f->has_mirror);
+    out->from_screen = is_clamped && bd_params_give_back(&out->params, out->goes_on);
     out->glossy = out->indirect && out->technique->model.glossy_receivers && !out->params.lambert &&
                   (f->has_glossy || (out->glass && follows(out)));
     out->rough = out->follows && !out->params.lambert && f->has_rough && !leaves_rough(out) &&

@@ -27,7 +27,7 @@ struct build {
     const struct bd_receiver_part *part;
     const float *irradiance;
     uint32_t level; // of the loop under way
-    bool lambert;
+    bool lambert, mirrors;
     float reach;
 };
 
@@ -68,6 +68,11 @@ static void cover(const struct build *b, const struct bd_area_receiver *at,
     patch->v = vec4_of(f3_scale(side_of_pixel(ray, normal, up), depth), 0);
 }
 
+static float part_sent(const struct build *b, const struct bd_area_receiver *at)
+{
+    return b->mirrors && at->roughness <= BD_BRUSHED_ROUGHNESS ? 1 - at->metallic : 1;
+}
+
 static void take_pixel(const struct build *b, const struct bd_area_receiver *at)
 {
     struct bd_screen *s = b->screen;
@@ -80,7 +85,7 @@ static void take_pixel(const struct build *b, const struct bd_area_receiver *at)
     part->normal_radius = vec4_of(at->normal_geometric, 0);
     s->receivers[pixel] = (struct bd_screen_receiver){
         vec4_of(at->position, 1), vec4_of(at->normal, 0), vec4_of(at->normal_geometric, 0)};
-    s->sends[pixel] = f3_scale(sends, 1 / F_PI);
+    s->sends[pixel] = f3_scale(sends, part_sent(b, at) / F_PI);
     if (s->surfaces)
         s->surfaces[pixel] = (struct bd_screen_surface){
             vec4_of(at->viewer, at->has_lobe ? part_of_grazing(view) : 0),
@@ -400,6 +405,7 @@ enum bd_err bd_screen_create(const struct bd_pass_context *context,
                       .gather = inputs->gather,
                       .screen = screen,
                       .lambert = inputs->lambert,
+                      .mirrors = inputs->mirrors,
                       .reach = inputs->reach};
     const struct bd_receivers_inputs receivers = {
         .askers = bd_gather_askers(inputs->gather),

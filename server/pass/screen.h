@@ -39,7 +39,8 @@ struct bd_screen_inputs {
     const struct bd_gather_inputs *gather;
     struct bd_pool *pool;
     bool lambert;
-    bool glossy; // lobes are asked for
+    bool mirrors; // light goes on at metals (lights/interface.h): their pixels send none of it
+    bool glossy;  // lobes are asked for
     // As the paper has it: plain means of colours beside sums of areas (S4), pixels that end where
     // they end, and the radius of a sphere's projection that is right on the axis far away (S3).
     bool printed;

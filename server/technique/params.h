@@ -212,16 +212,17 @@ struct bd_params {
 };
 
 // Of what a clamp takes off, of techniques that read `residual`: whether the picture gives it back,
-// and whether short rays bring it.
-static inline bool bd_params_give_back(const struct bd_params *params)
-{
-    return params->residual != BD_RESIDUAL_RAYS && params->iterations > 0 &&
-           params->clamp_per_m2 < INFINITY;
-}
-
+// and whether short rays bring it. `goes_on`: light does at glass and mirrors, of which rays bring
+// more than the picture shows: with both it is all theirs.
 static inline bool bd_params_bring_back(const struct bd_params *params)
 {
     return params->residual != BD_RESIDUAL_SCREEN && params->clamp_per_m2 < INFINITY;
+}
+
+static inline bool bd_params_give_back(const struct bd_params *params, bool goes_on)
+{
+    return params->residual != BD_RESIDUAL_RAYS && params->iterations > 0 &&
+           params->clamp_per_m2 < INFINITY && !(goes_on && bd_params_bring_back(params));
 }
 
 // What clients are told about a parameter.

@@ -89,11 +89,12 @@ static enum bd_err make_screen(const struct bd_pass_context *context,
 {
     const struct bd_params *params = inputs->params;
     *out = NULL;
-    if (!bd_params_give_back(params)) return BD_ERR_OK;
+    if (!bd_params_give_back(params, inputs->glass)) return BD_ERR_OK;
     const struct bd_screen_inputs screen = {
         .gather = gather,
         .pool = inputs->pool,
         .lambert = params->lambert,
+        .mirrors = inputs->glass,
         .glossy = gather->glossy,
         .printed = params->paper_mode,
         .levels = params->residual_levels,
