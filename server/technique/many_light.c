@@ -10,8 +10,8 @@
 //         out); Jensen 1996 (final gather, photons)
 // Exact when: `vpls`, `rays`, `far_rays`, `walk_vpls`, `cache_cells` and `photons` grow, and
 //         surfaces send light on as diffuse ones do
-// Known:  surfaces send on as much as their whole BRDF reflects, but evenly, so metals rougher than
-//         .25 throw no caustics, as mirrors and glass do; normal maps do not bend those; a cell of
+// Known:  surfaces send on as much as their whole BRDF reflects, but evenly, but for metals up to
+//         roughness .6, which light goes on from as from mirrors; normal maps bend none of it; a cell of
 //         the cache may lie on both sides of a thin wall; light that comes through what few photons
 //         find (a slit) is late, and own_estimate says half of it; rough surfaces that a later
 //         sub-frame lights by itself reflect as in even light; the cheapest rung flickers
