@@ -124,7 +124,7 @@ def keep_files(files, write):
 def draw_pages(files, write):
     """Without pictures, which did not come along."""
     # What draws is slow to load, and a day without benches needs none of it.
-    sys.path[:0] = [str(ROOT / "clients"), str(ROOT / "tests/bench")]
+    sys.path.insert(0, str(ROOT / "clients"))
     if (files / "bench/bench.json").is_file():
         from harness.bench import figures
         result = json.loads((files / "bench/bench.json").read_text(encoding="utf-8"))
@@ -136,7 +136,7 @@ def draw_pages(files, write):
             write("bench.html", (files / "bench/bench.html").read_bytes())
             write("bench.svg", (files / "bench/bench.svg").read_bytes())
     if (files / "papers/papers.json").is_file():
-        from papers import page, store
+        from harness.bench.papers import page, store
         asked = types.SimpleNamespace(figures=(), output=files / "papers", title="Papers, redrawn")
         if page.write_page(asked, store.Store(files / "papers"), lambda line: None) == 0:
             write("papers.html", (files / "papers/papers.html").read_bytes())

@@ -69,8 +69,8 @@ LEGS = {
                         "7", "--reference-spp", "256", "--seed", "1", "-o", "@OUT@/bench"), 320,
               goes_on=True, ends=(2,)))),
     "papers": Leg("figures of the source papers, at their sizes", LEG_SECONDS, benches=(
-        Bench("papers", _script("redraw", "--scenes", "@SCENES@/scenes", "--runs", "2",
-                                 "-o", "@OUT@/papers"), LEG_SECONDS,
+        Bench("papers", (BOUNCE, "bench", "--figures", "all", "--scenes", "@SCENES@/scenes", "--runs", "2",
+                         "-o", "@OUT@/papers"), LEG_SECONDS,
               goes_on=True, ends=(2,)),)),
 }
 

@@ -13,8 +13,8 @@ import numpy
 
 import by_hand
 from harness.bench.measure import spread
+from harness.bench.papers import errors
 from harness.daemon import Daemon
-from papers import errors
 
 SCENES = ("cornell_box_spot_side", "cornell_dragon_bunny", "sponza_dabrovic", "sibenik", "garden")
 VPLS = (256, 1024)

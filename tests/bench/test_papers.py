@@ -2,14 +2,16 @@
 import argparse
 import csv
 import json
+from pathlib import Path
 
 import numpy
 import pytest
 
-import papers
+from harness.bench import options as bench_options
+from harness.bench import papers
+from harness.bench.papers import command, errors, explain, measured, options, page, panels, scenes, store
+from harness.bench.papers.figure import Figure, Group, Line, Panel, Run, Target
 from harness.glb import Glb
-from papers import errors, explain, measured, options, page, panels, scenes, store
-from papers.figure import Figure, Group, Line, Panel, Run, Target
 from test_page import Checker
 
 pytest.importorskip("matplotlib")
@@ -352,19 +354,40 @@ def test_the_explanations_that_are_kept_belong_to_something():
 
 # --- the command line -----------------------------------------------------------------------
 
-@pytest.mark.parametrize("words", [["--figures", "tree,nothing"], ["--figures", ""], ["--figures", "tree", "--runs", "0"],
-                                   ["--figures", "tree", "--shrink", "x"], ["--figures", "tree", "box.glb"], ["--figure", "tree"]])
-def test_mistakes_are_refused(words, tmp_path, capsys):
+@pytest.mark.parametrize("words, said", [
+    (["--figures", "tree,nothing"], "nothing: must be all or of fly_through"), (["--figures", ""], "must be all or of"),
+    (["--figures", "box.glb"], "box.glb: must be all or of"), (["--figures", "tree", "--runs", "0"], "--runs: 0: must be a number"),
+    (["--figures", "tree", "--shrink", "x"], "--shrink: x: must be"), (["--figures", "tree", "box.glb"], "box.glb does not go with --figures"),
+    (["--figures", "tree", "--technique", "rsm"], "--technique does not go with --figures"),
+    (["--figures", "tree", "--size=64x64"], "--size=64x64 does not go with --figures"),
+    (["--figures", "tree", "--scenes", "no/folder"], "--scenes no/folder: no such folder"), (["--figures"], "--figures needs --scenes DIR")])
+def test_a_mistake_is_one_line(words, said, tmp_path, capsys):
+    scenes_of = ["--scenes", str(tmp_path)] if words != ["--figures"] and "--scenes" not in words else []
     with pytest.raises(SystemExit) as fault:
-        options.parse(["build", *words, "--scenes", str(tmp_path)])
-    assert fault.value.code == 2 and "usage" in capsys.readouterr().err
+        options.parse([*words, *scenes_of])
+    text = capsys.readouterr().err
+    assert fault.value.code == 2 and text.startswith("bounce bench: ") and text.count("\n") == 1 and said in text
 
 
-def test_options_arrive(tmp_path, capsys):
-    asked = options.parse(["build", "--figures", "all", "--scenes", str(tmp_path), "--shrink", "4"])
+def test_options_arrive(tmp_path):
+    asked = options.parse(["--figures", "all", "--scenes", str(tmp_path), "--shrink", "4"])
     assert asked.figures == papers.FIGURES and asked.shrink == 4 and asked.runs == options.ROUNDS
-    assert options.parse(["build", "--figures=cost,tree", "--scenes", str(tmp_path)]).figures == ("cost", "tree")
-    assert options.parse(["build", "--scenes", str(tmp_path)]).figures == papers.FIGURES
+    assert options.parse(["--figures=cost,tree", "--scenes", str(tmp_path)]).figures == ("cost", "tree")
+    assert options.parse(["--figures", "--scenes", str(tmp_path)]).figures == papers.FIGURES
+    assert options.wanted(["--figures=tree"]) and not options.wanted(["box.glb", "--title", "figures"])
+
+
+def test_bench_tells_of_figures_and_keeps_to_scenes_of_its_own(capsys):
     with pytest.raises(SystemExit):
-        options.parse(["build", "--figures", "tree", "--scenes", str(tmp_path / "no")])
-    assert "no such folder" in capsys.readouterr().err
+        bench_options.parse(["--help"])
+    assert "--figures" in capsys.readouterr().out
+    with pytest.raises(SystemExit) as fault:
+        bench_options.parse(["--scenes", "."])
+    assert fault.value.code == 2 and capsys.readouterr().err == "bounce bench: --scenes goes with --figures alone\n"
+
+
+def test_what_was_typed_is_kept_without_folders():
+    words = ["--figures", "all", "--scenes", "/a b/scenes", "--title=x y", "-o", "/somewhere/papers"]
+    asked = argparse.Namespace(scenes=Path("/a b/scenes"), output=Path("/somewhere/papers"))
+    assert command.shown(asked, words) == "bounce bench --figures all --scenes $S '--title=x y' -o papers"
+    assert command.shown(asked, ["--figures", "--scenes=/a b/scenes"]) == "bounce bench --figures --scenes=$S"

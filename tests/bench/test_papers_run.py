@@ -9,17 +9,16 @@ from pathlib import Path
 import pytest
 
 from harness.bench import compare
+from harness.bench.papers import errors
 from harness.daemon import Daemon, NoDevice
-from papers import errors
 
-REDRAW = Path(__file__).with_name("redraw.py")
 SCENE = Path(__file__).resolve().parents[1] / "scenes" / "cornell.glb"
 EXIT_FAILED, EXIT_DEVICE = 5, 6
 
 
 def bench(folder, scenes, *more):
-    words = [sys.executable, str(REDRAW), os.environ["BD_BUILD_DIR"], "--figures", "gather_or_splat", "--scenes",
-             str(scenes), "--shrink", "64", "--runs", "2", "-o", str(folder / "out"), *more]
+    words = [sys.executable, "-m", "harness", "bench", "--figures", "gather_or_splat", "--scenes", str(scenes),
+             "--shrink", "64", "--runs", "2", "-o", str(folder / "out"), *more]
     return subprocess.run(words, capture_output=True, text=True, timeout=240, check=False,
                           env={**os.environ, "MPLCONFIGDIR": str(folder)})
 
@@ -41,6 +40,7 @@ def test_what_is_there_is_measured_and_what_is_not_is_named(run):
     (group,) = result["groups"]
     assert (group["figure"], group["name"]) == ("gather_or_splat", "cornell_box_spot_side")
     assert group["build"] and group["machine"]["cpu"] and "--shrink 64" in group["command"]
+    assert str(folder) not in json.dumps(result["groups"])
     for name in ("cornell_dragon_bunny", "sponza_dabrovic", "sibenik", "garden"):
         assert f"{name}.glb is not in {folder / 'scenes'}" in done.stderr
     assert len(result["notes"]) == 5  # the group of thresholds wants the dragon, too
@@ -73,6 +73,12 @@ def test_nothing_is_measured_twice(run):
     assert json.loads((folder / "out" / "papers.json").read_text())["groups"] == result["groups"]
     other = bench(folder, folder / "scenes", "--runs", "1")  # other points, by their key
     assert other.returncode == 0 and "measured before" not in other.stderr
+
+
+def test_a_folder_without_any_of_the_scenes_is_a_mistake(tmp_path):
+    done = bench(tmp_path, tmp_path)
+    assert done.returncode == 2 and done.stderr.count("\n") == 1
+    assert f"--scenes {tmp_path}: has none of the scenes of these figures" in done.stderr
 
 
 def test_a_scene_that_is_broken_fails_its_group_alone(run, tmp_path):

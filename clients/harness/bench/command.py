@@ -9,6 +9,8 @@ from ..techniques import registered
 from . import compare, contestants, measure, options, rungs
 from .cycles import Cycles
 from .figures import write_page
+from .papers import command as papers
+from .papers.options import wanted as wants_papers
 from .references import References
 from .store import Store, machine, rung_text, settings_text
 from .summary import LAYERS, summarize
@@ -17,6 +19,8 @@ EXIT_INTERRUPTED, EXIT_BUDGET = 130, 5
 
 
 def main(words):
+    if wants_papers(words):
+        return papers.main(words)
     asked = options.parse(words)
     with Daemon(device=asked.device, timeout_s=measure.FRAME_SECONDS) as daemon:
         bench = Bench(daemon, asked, words)

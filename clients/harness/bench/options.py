@@ -55,7 +55,7 @@ def at_least(least, kind):
 
 
 def parse(words):
-    parser = argparse.ArgumentParser(prog="bounce bench", description=HELP,
+    parser = argparse.ArgumentParser(prog="bounce bench", description=HELP, allow_abbrev=False,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     add = parser.add_argument
     add("scenes", nargs="*", type=Path, metavar="SCENE", help=".glb or .gltf")
@@ -80,7 +80,14 @@ def parse(words):
         help="references are kept here; default %(default)s")
     add("-o", "--output", type=Path, default=Path("bench"), metavar="DIR", help="default ./bench")
     add("--title", default="Error against run time", metavar="TEXT")
+    papers = parser.add_argument_group("instead of all that")
+    papers.add_argument("--figures", nargs="?", metavar="NAME,...|all",
+                        help="figures and claims of the source papers, as papers.html; needs --scenes; "
+                             "options: bounce bench --figures --help")
+    papers.add_argument("--scenes", dest="scene_set", metavar="DIR", help="of --figures: the scene set's folder")
     options = parser.parse_args(words)
+    if options.scene_set is not None:
+        refuse("--scenes goes with --figures alone")
     if options.reference_spp % 2:
         parser.error(f"--reference-spp {options.reference_spp}: must be even, half for each half")
     options.seeds = options.seeds or list(range(1, SEED_COUNT + 1))

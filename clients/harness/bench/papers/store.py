@@ -6,7 +6,7 @@ device and the machine that it was measured with: figures may be measured in sev
 import csv
 import json
 
-from harness.bench.store import as_text, settings_text, write
+from ..store import as_text, settings_text, write
 from .figure import indirect_ms, stage_ms
 
 FORMAT = 1

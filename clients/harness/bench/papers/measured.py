@@ -1,7 +1,7 @@
 """Frames of a group, in turns: times from reports as bench takes them, errors of their pictures."""
 import shlex
 
-from harness.bench import measure
+from .. import measure
 from . import errors
 
 SEED = 1
@@ -21,7 +21,7 @@ def of_group(stage, group, paths, shrink, rounds):
         for run in group.runs:
             if run.timed:
                 reports[run.label].append(_report(stage, run, paths, shrink))
-    return [_point(stage, run, paths, shrink, reports[run.label], pictures) for run in group.runs]
+    return [_point(stage, run, shrink, reports[run.label], pictures) for run in group.runs]
 
 
 def size_px(run, shrink):
@@ -47,12 +47,12 @@ def _first(stage, run, paths, shrink, wanted):
     return frame.report, frame.layer("indirect")
 
 
-def _point(stage, run, paths, shrink, reports, pictures):
+def _point(stage, run, shrink, reports, pictures):
     last, side = reports[-1], size_px(run, shrink)
-    command = stage.daemon.command(paths[run.scene], run.technique, run.all_settings, (side, side),
+    command = stage.daemon.command("SCENE", run.technique, run.all_settings, (side, side),
                                    run.camera, seed=SEED, aa=run.aa)
     return {"label": run.label, "scene": run.scene.name, "technique": run.technique,
             "settings": run.all_settings, "size": side, "camera": run.camera,
             "time_ms": measure.times_of(reports), "counts": last.get("counts", {}),
-            "flags": last.get("flags", []), "command": shlex.join(command),
+            "flags": last.get("flags", []), "command": shlex.join(command).replace("SCENE", run.scene.shown, 1),
             "error": {a: errors.between(pictures[a], pictures[run.label]) for a in run.against}}

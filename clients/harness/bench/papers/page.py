@@ -2,10 +2,10 @@
 import sys
 from html import escape
 
-from harness.bench import plots
-from harness.bench.page import STYLE, cell, more, said, table
-from harness.bench.store import settings_text, write
-from harness.bench.summary import duration, percent
+from .. import plots
+from ..page import STYLE, cell, more, said, table
+from ..store import settings_text, write
+from ..summary import duration, percent
 from . import FIGURES, explain, load_figure, panels
 from .figure import fragments_share, frame_ms, indirect_ms, stage_ms
 
@@ -34,7 +34,7 @@ def write_page(asked, store, say):
     try:
         pyplot = plots.load()
     except plots.NoMatplotlib as fault:
-        print(f"redraw: {fault}", file=sys.stderr)
+        print(f"bench: {fault}", file=sys.stderr)
         return EXIT_NO_MATPLOTLIB
     there = {name for name, _ in store.groups} | set(asked.figures)
     figures = [load_figure(name) for name in FIGURES if name in there]

@@ -1,5 +1,5 @@
 """Panels of a figure as one SVG. The only module here that knows matplotlib, which is loaded late."""
-from harness.bench import plots
+from .. import plots
 
 COLUMNS = 2
 WIDTH, HEIGHT = 4.9, 3.7  # inches of a panel

@@ -1,21 +1,24 @@
-"""redraw.py from end to end: figures to groups, groups to papers.json and a page."""
+"""bench --figures from end to end: figures to groups, groups to papers.json and a page."""
 import datetime
 import shlex
 import sys
 import time
 
-from harness import techniques
-from harness.bench import measure
-from harness.bench.store import machine, settings_text
-from harness.daemon import Daemon, RenderError
+from ... import techniques
+from .. import measure
+from ..options import refuse
+from ..store import machine, settings_text
+from ...daemon import Daemon, RenderError
 
-from . import load_figure, measured, page, scenes
+from . import load_figure, measured, options, page, scenes
 from .store import Store
 
 EXIT_INTERRUPTED, EXIT_FAILED = 130, 5
 
 
-def main(asked, words):
+def main(words):
+    asked = options.parse(words)
+    _check_scenes(asked)
     with Daemon(device=asked.device, timeout_s=measure.FRAME_SECONDS) as daemon:
         session = Session(daemon, asked, words)
         try:
@@ -27,8 +30,25 @@ def main(asked, words):
     return page.write_page(asked, session.store, say) or code
 
 
+def _check_scenes(asked):
+    """A folder without any of the scenes is a mistake; what it lacks of them is skipped."""
+    wanted = {run.scene for name in asked.figures for group in load_figure(name).groups() for run in group.runs}
+    if not any(not scene.file or (asked.scenes / scene.file).is_file() for scene in wanted):
+        refuse(f"--scenes {asked.scenes}: has none of the scenes of these figures, as {min(s.file for s in wanted)}")
+
+
 def say(text):
-    print(f"redraw: {text}", file=sys.stderr, flush=True)
+    print(f"bench: {text}", file=sys.stderr, flush=True)
+
+
+def shown(asked, words):
+    """What was typed, without this machine's folders."""
+    places = {str(asked.scenes): "$S", str(asked.output): asked.output.name or "."}
+
+    def word(text):
+        option, equals, value = text.partition("=") if text.startswith("--") else ("", "", text)
+        return option + equals + places[value] if value in places else shlex.quote(text)
+    return " ".join(["bounce bench", *map(word, words)])
 
 
 class Session:
@@ -40,9 +60,7 @@ class Session:
         self.techniques = {t.name: t for t in techniques.registered(daemon)}
         self.store = Store(asked.output)
         self.figures = [load_figure(name) for name in asked.figures]
-        places = {str(asked.build): "BUILD", str(asked.scenes): "SCENES"}
-        self.origin = {"command": shlex.join(["redraw.py", *(places.get(w, w) for w in words)]), "machine": machine(),
-                       "shrink": asked.shrink}
+        self.origin = {"command": shown(asked, words), "machine": machine(), "shrink": asked.shrink}
         self.device = None  # what reports say of it, and of the build; the first scene asks
         self.failed = False
 

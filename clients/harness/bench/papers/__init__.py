@@ -1,4 +1,4 @@
-"""Figures of the source papers redrawn on our techniques, and cost curves: redraw.py beside this folder.
+"""Figures of the source papers redrawn on our techniques, and cost curves: bench --figures.
 
 A figure is data (figure.py): groups of frames to be measured, what is drawn of them, and the paper's
 ratios beside ours. One module a figure; FIGURES lists them in the page's order. Here matplotlib is

@@ -5,9 +5,9 @@ import math
 
 import numpy
 
-from harness import shapes
-from harness.glb import Glb
-from harness.gltf import Writer, facing
+from ... import shapes
+from ...glb import Glb
+from ...gltf import Writer, facing
 
 
 class Missing(Exception):
@@ -20,6 +20,11 @@ class Scene:
     file: str = ""        # in the folder of scenes; "" of a generated one
     make: object = None   # bytes of a .glb from that file's path, or from None
     arguments: tuple = ()
+
+    @property
+    def shown(self):
+        """Its place without this machine's folders: $S is that of scenes."""
+        return f"$MADE/{self.name}.glb" if self.make else f"$S/{self.file}"
 
     def open(self, folder, made):
         """The path of its .glb; scenes that are made go to the folder `made`."""
