@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy
 import pytest
+import temporal
 
 from harness.bench import options as bench_options
 from harness.bench import papers
@@ -34,7 +35,8 @@ def point(run, passes_ms=None, frame_ms=100.0, fragments=0.04, off=0.02):
                         "passes": {name: spread(ms) for name, ms in passes.items()}},
             "counts": {"fragments": fragments * run.size ** 2, "vpls": 256, "triangles": run.size,
                        "subsplats": 1000, "subsplats_tested": 1500},
-            "flags": [], "command": "bounce render ...", "error": {a: wrong for a in run.against}}
+            "flags": [], "command": "bounce render ...", "error": {a: wrong for a in run.against},
+            **({"motion": {"value": off, "low": off / 2, "high": 2 * off, "trimmed": off / 4, "half": off / 8, "true": .01}} if run.moves_as else {})}
 
 
 def found_of(item, **more):
@@ -79,6 +81,8 @@ def test_a_group_refuses_runs_that_cannot_be_told_apart():
         Group("twice", (run, run))
     with pytest.raises(AssertionError):
         Group("against nothing", (Run("a", scenes.BOX, "rsm", {}, 64, against=("b",)),))
+    with pytest.raises(AssertionError):
+        Group("as nothing", (Run("a", scenes.BOX, "rsm", {}, 64, film=(scenes.BOX,), moves_as="b"),))
 
 
 # --- ratios ---------------------------------------------------------------------------------
@@ -194,6 +198,44 @@ def test_errors_of_pictures():
     assert errors.between(0 * reference, picture) is None
 
 
+def test_what_flickers_is_what_moves_and_should_not():
+    rng = numpy.random.default_rng(2)
+    still = rng.uniform(1, 3, (40, 56, 3))
+    true = numpy.stack([still + .1 * number for number in range(5)])
+    halves = [true + rng.normal(0, .2, true.shape) for _ in range(2)]
+    exact = errors.of_motion([true, true], true)
+    assert exact["value"] == exact["half"] == 0 and exact["true"] == pytest.approx(.1 / true.mean())
+    film = true.copy()
+    film[2, 0, 0] += 5  # one pixel of 2,240 flashes: two steps of four are off there
+    film[1::2] += .3    # and the whole picture flickers
+    found = errors.of_motion(halves, film)
+    assert found["value"] == pytest.approx((.3 ** 2 + (2 * 4.85 ** 2 + 2 * .15 * 5) / 4 / 2240) ** .5 / true.mean(), rel=.2)
+    assert errors.of_motion([true, true], film)["trimmed"] == pytest.approx(.3 / true.mean())
+    assert errors.of_motion([true, true], film)["half"] == pytest.approx(.3 / true.mean())
+    # As the study of films has it.
+    series = temporal.Series()
+    for number in range(1, 5):
+        steps = [half[number] - half[number - 1] for half in halves]
+        series.add(film[number] - film[number - 1], steps)
+    by_series = series.figure(float(numpy.mean(halves)))
+    assert found["value"] == pytest.approx(by_series["value"])
+    assert (found["low"], found["high"]) == pytest.approx((by_series["low"], by_series["high"]))
+    assert errors.of_motion([0 * true, 0 * true], film) is None
+
+
+def test_clusters_are_steadier_by_their_flicker_over_that_of_a_grid():
+    item = papers.load_figure("films")
+    (group, _) = item.groups()
+    made = {run.label: point(run, off=.06) for run in group.runs}
+    made["isr"] = point(group.runs[-2], off=.03)
+    made["hisr"] = point(group.runs[-1], off=.09)
+    made["256 VPLs"] = point(group.runs[1], off=.01)
+    found = {group.name: made}
+    assert target(item, found, "B2.10", "isr over it").ours == pytest.approx(.5) and target(item, found, "B2.10", "isr over it").met
+    assert target(item, found, "B2.10", "hisr over it").ours == pytest.approx(1.5) and not target(item, found, "B2.10", "hisr over it").met
+    assert target(item, found, "B1.10", "flicker of 256").met and not target(item, found, "B1.10", "flicker of 1024").met
+
+
 # --- measuring ------------------------------------------------------------------------------
 
 class FakeStage:
@@ -228,6 +270,32 @@ def test_frames_of_a_group_take_turns():
     assert [p["time_ms"]["frame"]["median"] for p in points] == [6.0, 7.0, 3.0]  # the first do not count
     assert [p["time_ms"]["runs"] for p in points] == [3, 3, 1]
     assert points[0]["settings"] == {"brdf": "lambert"}
+
+
+class FilmStage(FakeStage):
+    """A frame is as bright as its scene's path, which is a number."""
+
+    def command(self, scene, *_, **__):
+        return ["bounce", "render", scene]
+
+    def ask(self, what, path, technique, settings, size, layers, **_):
+        self.asked.append((technique, path, layers))
+        told = super().ask(what, path, technique, settings, size)
+        self.asked.pop()
+        layers_of = {name: numpy.full((size[1], size[0], 3), 1.0 + path) for name in layers}
+        return argparse.Namespace(report=told, layer=layers_of.get)
+
+
+def test_a_film_is_its_scenes_one_after_the_other():
+    film = scenes.with_light_that_moves(scenes.BOX, (.5, 0, 0), 3)
+    assert [s.arguments[0][0] for s in film] == [-.5, 0, .5] and len({s.name for s in film}) == 3
+    runs = (Run("truth", film[0], "reference", {}, 32, timed=False, film=film),
+            Run("rsm", film[0], "rsm", {}, 32, timed=False, film=film, moves_as="truth"))
+    stage = FilmStage()
+    truth, rsm = measured.of_group(stage, Group("film", runs), {s: i for i, s in enumerate(film)}, 1, 3)
+    assert stage.asked == [*(("reference", i, measured.HALVES) for i in range(3)), *(("rsm", i, ("indirect",)) for i in range(3))]
+    assert "motion" not in truth and rsm["motion"]["value"] == 0 and rsm["motion"]["true"] == pytest.approx(1 / 2)
+    assert rsm["time_ms"]["runs"] == 3 and rsm["command"].startswith("bounce render $MADE/cornell_box_spot_side_frame0.glb")
 
 
 # --- scenes ---------------------------------------------------------------------------------

@@ -7,7 +7,7 @@ loaded in panels.py alone.
 from importlib import import_module
 
 FIGURES = ("fly_through", "resolution", "thresholds", "neighbourhood", "per_vpl", "gather_or_splat",
-           "eye_error", "light_path", "clusters", "tree", "combined", "compensation", "photons", "points", "cost")
+           "eye_error", "light_path", "clusters", "tree", "combined", "films", "compensation", "photons", "points", "cost")
 
 
 def load_figure(name):

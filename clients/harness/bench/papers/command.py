@@ -32,7 +32,8 @@ def main(words):
 
 def _check_scenes(asked):
     """A folder without any of the scenes is a mistake; what it lacks of them is skipped."""
-    wanted = {run.scene for name in asked.figures for group in load_figure(name).groups() for run in group.runs}
+    wanted = {scene for name in asked.figures for group in load_figure(name).groups() for run in group.runs
+              for scene in run.scenes}
     if not any(not scene.file or (asked.scenes / scene.file).is_file() for scene in wanted):
         refuse(f"--scenes {asked.scenes}: has none of the scenes of these figures, as {min(s.file for s in wanted)}")
 
@@ -79,7 +80,7 @@ class Session:
             self._note(item, group, lacking)
             return
         try:
-            paths = {run.scene: self._open(run.scene) for run in group.runs}
+            paths = {scene: self._open(scene) for run in group.runs for scene in run.scenes}
             key = self._key(group, paths)
             if self.store.holds(item.name, group.name, key):
                 say(f"{label}: measured before")
@@ -123,9 +124,12 @@ class Session:
 
     def _key(self, group, paths):
         """Of all that the points depend on, but the machine: a faster one is asked in another DIR."""
+        def film(run):
+            return [*(self.stage.scene(paths[scene]).hash for scene in run.film), run.moves_as] if run.film else []
+
         frames = [(run.label, self.stage.scene(paths[run.scene]).hash, run.technique,
                    settings_text(run.all_settings), measured.size_px(run, self.asked.shrink),
-                   run.camera, run.against, run.timed, *([run.aa] if run.aa > 1 else [])) for run in group.runs]
+                   run.camera, run.against, run.timed, *([run.aa] if run.aa > 1 else []), *film(run)) for run in group.runs]
         return measure.digest(*frames, self.asked.runs, self.device["device"]["class"],
                               self.device["build"])
 

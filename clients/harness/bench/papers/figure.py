@@ -1,7 +1,7 @@
 """What a figure is made of: frames as data, lines to draw, ratios to compare."""
 import dataclasses
 
-COMMON = {"brdf": "lambert"}  # the papers of blocks and trees are about diffuse light; the reference has no such setting
+COMMON = {"brdf": "lambert"}  # the papers of blocks and trees are about diffuse light; not the reference's, which is of all light
 # The papers' blocks, down to the pixel and by what the camera sees alone, for all techniques that
 # light blocks: what is compared has the same fragments. Splatting knows no threshold of light.
 BY_CAMERA = {"depth_test": "minmax", "depth_threshold": .05, "finest": 1}
@@ -23,6 +23,12 @@ class Run:
     against: tuple = ()
     timed: bool = True  # False: its first frame's time will do, for what is long or only a picture
     aa: int = 1         # sub-frames
+    film: tuple = ()    # scenes of its frames, `scene` the first, where something moves: not timed
+    moves_as: str = ""  # of a film, a run of the same film by the reference: how light moves in truth
+
+    @property
+    def scenes(self):
+        return self.film or (self.scene,)
 
     @property
     def all_settings(self):
@@ -42,7 +48,8 @@ class Group:
     def __post_init__(self):
         labels = [run.label for run in self.runs]
         assert len(set(labels)) == len(labels), f"{self.name}: two runs of one label"
-        assert {a for run in self.runs for a in run.against} <= set(labels), self.name
+        others = {a for run in self.runs for a in (*run.against, run.moves_as) if a}
+        assert others <= set(labels), self.name
 
 
 @dataclasses.dataclass(frozen=True)
@@ -129,6 +136,11 @@ def fragments_share(point):
 
 def error(point, against, kind="rel_rmse"):
     return point["error"][against][kind]
+
+
+def flicker(point):
+    """How far a film's pictures change from frame to frame as the light in truth does not, over the mean."""
+    return point["motion"]["value"]
 
 
 def along(found, stop, count, label, value):

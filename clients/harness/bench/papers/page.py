@@ -121,6 +121,9 @@ def _points_table(name, points):
     for p in points.values():
         errors = ", ".join(f"{percent(e['rel_rmse'])} ({percent(e['rmse_max'])} of the largest) "
                            f"against {a}" for a, e in p["error"].items() if e)
+        if p.get("motion"):
+            errors = (f"from frame to frame {percent(p['motion']['value'])} ({percent(p['motion']['low'])} to "
+                      f"{percent(p['motion']['high'])}) beside what is true, which moves by {percent(p['motion']['true'])}")
         share = percent(fragments_share(p)) if "fragments" in p["counts"] else "–"
         rows.append([cell(p["label"]), cell(f"{p['scene']}, {p['technique']} {settings_text(p['settings'])}"),
                      cell(f"{p['size']}x{p['size']}"), cell(share), cell(str(p["counts"].get("vpls", "–"))),

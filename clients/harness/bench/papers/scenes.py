@@ -87,6 +87,12 @@ def with_moved_light(scene, number, shift):
     return Scene(f"{scene.name}_light{number}", scene.file, _with_moved_light, (shift,))
 
 
+def with_light_that_moves(scene, shift, frames):
+    """A film: every light goes on by `shift` from frame to frame, half of the way before its place and half behind."""
+    return tuple(Scene(f"{scene.name}_frame{n}", scene.file, _with_moved_light,
+                       (tuple(s * (n - (frames - 1) / 2) for s in shift),)) for n in range(frames))
+
+
 # --- generated --------------------------------------------------------------------------------
 
 BALLS = ((-0.55, 0.3, -0.5, 0.3), (0.45, 0.35, -0.4, 0.35), (-0.1, 0.22, 0.2, 0.22),

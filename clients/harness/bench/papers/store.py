@@ -12,7 +12,8 @@ from .figure import indirect_ms, stage_ms
 FORMAT = 1
 COLUMNS = ("figure", "group", "label", "scene", "technique", "settings", "size_px", "camera",
            "frame_ms", "frame_ms_q1", "frame_ms_q3", "runs", "indirect_ms", "stage_ms", "fragments",
-           "vpls", "against", "rel_rmse", "rmse_max", "rel_rmse_trimmed", "signed", "passes_ms", "build")
+           "vpls", "against", "rel_rmse", "rmse_max", "rel_rmse_trimmed", "signed", "passes_ms", "build",
+           "motion", "motion_low", "motion_high", "true_motion")
 
 
 class Store:
@@ -79,6 +80,9 @@ def rows_of(group, point):
             "fragments": point["counts"].get("fragments", ""), "vpls": point["counts"].get("vpls", ""),
             "passes_ms": " ".join(f"{k}={v['median']:.4g}" for k, v in time["passes"].items()),
             "build": group["build"]}
+    motion = point.get("motion")
+    if motion:
+        base.update(motion=motion["value"], motion_low=motion["low"], motion_high=motion["high"], true_motion=motion["true"])
     rows = [{**base, "against": against, "rel_rmse": e["rel_rmse"], "rmse_max": e["rmse_max"],
              "rel_rmse_trimmed": e["trimmed"], "signed": e["signed"]}
             for against, e in point["error"].items() if e]
