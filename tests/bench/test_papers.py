@@ -10,7 +10,7 @@ import temporal
 
 from harness.bench import options as bench_options
 from harness.bench import papers
-from harness.bench.papers import command, errors, explain, measured, options, page, panels, scenes, store
+from harness.bench.papers import claims, command, errors, explain, measured, options, page, panels, scenes, store
 from harness.bench.papers.figure import Figure, Group, Line, Panel, Run, Target
 from harness.glb import Glb
 from test_page import Checker
@@ -231,8 +231,8 @@ def test_clusters_are_steadier_by_their_flicker_over_that_of_a_grid():
     made["hisr"] = point(group.runs[-1], off=.09)
     made["256 VPLs"] = point(group.runs[1], off=.01)
     found = {group.name: made}
-    assert target(item, found, "B2.10", "isr over it").ours == pytest.approx(.5) and target(item, found, "B2.10", "isr over it").met
-    assert target(item, found, "B2.10", "hisr over it").ours == pytest.approx(1.5) and not target(item, found, "B2.10", "hisr over it").met
+    assert target(item, found, "B2.10", "of isr over").ours == pytest.approx(.5) and target(item, found, "B2.10", "of isr over").met
+    assert target(item, found, "B2.10", "of hisr over").ours == pytest.approx(1.5) and not target(item, found, "B2.10", "of hisr over").met
     assert target(item, found, "B1.10", "flicker of 256").met and not target(item, found, "B1.10", "flicker of 1024").met
 
 
@@ -388,6 +388,49 @@ def test_the_page_shows_every_figure_and_fetches_nothing(tmp_path, monkeypatch):
     assert "gather_or_splat: no sentence explains B2.3" in said
     assert "gather_or_splat: no sentence explains B2.1" not in said
     assert "cost: no sentence explains pixels" in said  # a curve, which nothing can miss
+
+
+# --- claims ---------------------------------------------------------------------------------
+
+def test_every_claim_has_a_row_and_each_figure_tells_of_its_own():
+    wanted = [f"B{paper}.{number}" for paper, count in enumerate((10, 11, 5, 6, 6), 1) for number in range(1, count + 1)]
+    assert [claim.id for claim in claims.CLAIMS] == wanted
+    told = {(name, t.id) for name in papers.FIGURES
+            for t in papers.load_figure(name).targets(found_of(papers.load_figure(name))) if t.id.startswith("B")}
+    assert {(claim.figure, claim.id) for claim in claims.CLAIMS if claim.figure} == told
+    assert all(bool(claim.figure) != bool(claim.why_not) for claim in claims.CLAIMS)
+    assert {claim.id.partition(".")[0] for claim in claims.CLAIMS} == set(claims.PAPERS)
+
+
+def test_a_claim_is_met_where_all_that_was_asked_is():
+    claim = claims.Claim("B9.1", "", "tree")
+    def verdict(*met, of=claim):
+        return claims.verdict(of, [Target("B9.1", "", 1.0, most=2.0 if m else 0.5) if m is not None else Target("B9.1", "", 1.0) for m in met])
+    assert verdict(True, None, True) == "met" and verdict(False, None) == "missed" and verdict(True, False, False) == "missed in 2 of 3"
+    assert verdict() == "not measured" and verdict(None) == "no number" and claims.verdict(claim, [Target("B9.2", "", 1.0, most=2)]) == "not measured"
+    assert verdict(None, of=claims.Claim("B9.1", "", "tree", test="x: y.")) == "met by tests"
+    assert claims.verdict(claims.Claim("B9.1", "", why_not="No."), []) == "not redrawn"
+    assert claims.counted(["met", "met by tests", "missed", "missed in 1 of 2", "not redrawn", "not measured"]) == \
+        "6 claims: 2 met, 1 in part, 1 missed, 2 not told."
+
+
+def claim_rows(text):
+    table = text[text.index('id="claims"'):].partition("</table>")[0]
+    return {row.partition("</td>")[0].rpartition("<td>")[2].rpartition(">")[2] if "<a" not in row else row.partition("</a>")[0].rpartition(">")[2]: row
+            for row in table.split("<tr>") if "<td" in row}
+
+
+def test_the_table_says_what_was_asked_and_why_it_was_missed():
+    item = papers.load_figure("eye_error")
+    told = {"eye_error": item.targets(found_of(item, off=.01)), "films": []}
+    rows = claim_rows(page.claims_section(told, {("eye_error", "B2.8"): "Fewer <fragments>."}, {"films": ["teapot_box: skipped: no <file>"]}))
+    assert len(rows) == len(claims.CLAIMS)
+    assert "stage, every pixel over blocks: 1 (≥ 21)" in rows["B2.8"] and ">missed<" in rows["B2.8"] and "Fewer &lt;fragments&gt;." in rows["B2.8"]
+    assert "missed in 3 of 9" in rows["B2.5"] and "#eye_error" in rows["B2.5"]
+    assert "error at thresholds of 0: 1&nbsp;% (≤ 0.001&nbsp;%)<br>" in rows["B2.5"]
+    assert "not measured" in rows["B2.10"] and "skipped: no &lt;file&gt;" in rows["B2.10"]
+    assert "not redrawn" in rows["B5.3"] and "cannot be redrawn" in rows["B5.3"] and "–" in rows["B5.3"]
+    assert "not measured" in rows["B5.5"] and "Test" not in rows["B5.5"]
 
 
 def test_sizes_that_were_divided_are_said():

@@ -104,7 +104,7 @@ def _fixed(found):
                    default / frame_ms(points["default"]), FIXED_PAPER, percent=True)]
     for name in FIXED_TESTS:
         if name != "default":
-            made.append(Target("B2.9", f"the same, thresholds for {name} over defaults",
+            made.append(Target("B2.9", f"finding and listing, thresholds for {name} over defaults",
                                _setup_ms(points[name]) / default, 1.0, least=.95, most=1.05))
     return made
 

@@ -6,7 +6,7 @@ from .. import plots
 from ..page import STYLE, cell, more, said, table
 from ..store import settings_text, write
 from ..summary import duration, percent
-from . import FIGURES, explain, load_figure, panels
+from . import FIGURES, claims, explain, load_figure, panels
 from .figure import fragments_share, frame_ms, indirect_ms, stage_ms
 
 EXIT_NO_MATPLOTLIB = 2
@@ -14,6 +14,10 @@ OWN_STYLE = """
 svg{max-width:60rem}
 th:nth-child(2){text-align:left}
 td.text{white-space:normal;min-width:14rem;text-align:left}
+td.missed,td.met{white-space:normal;text-align:left;min-width:4.5rem}
+td.why{white-space:normal;min-width:18rem;text-align:left;font-size:.87rem}
+.claims th{text-align:left}
+.claims tbody th{padding-top:.9rem}
 .missed{color:#a33c00;font-weight:700}
 """
 
@@ -25,6 +29,8 @@ needs. Errors are those of the indirect layer: root mean square over the mean, b
 Sizes and numbers of virtual lights are such that all figures together take less than half an hour on two
 cores without a graphics card.</p>
 """
+WHOSE = ("In brackets is what was asked for. The sentences were written of what is kept in tests/bench/results/papers, measured on two cores "
+         "without a graphics card.")
 SHRUNK = "<p class=\"missed\">Some sizes were divided, to see that all works: these figures say nothing.</p>"
 
 
@@ -39,9 +45,10 @@ def write_page(asked, store, say):
     there = {name for name, _ in store.groups} | set(asked.figures)
     figures = [load_figure(name) for name in FIGURES if name in there]
     sentences = explain.load()
-    sections = []
+    sections, told = [], {}
     for item in figures:
         found = store.found(item.name)
+        told[item.name] = item.targets(found)
         drawn = item.panels(found) if found else ()
         drawing = ""
         if drawn:
@@ -51,7 +58,8 @@ def write_page(asked, store, say):
         for what in unexplained(item, found, sentences):
             say(f"{item.name}: no sentence explains {what}")
     shrunk = any(group["shrink"] > 1 for group in store.groups.values())
-    write(asked.output / "papers.html", page(asked.title, origins(store), sections, shrunk))
+    top = claims_section(told, sentences, {name: notes_of(store, load_figure(name)) for name in told})
+    write(asked.output / "papers.html", page(asked.title, origins(store), [top, *sections], shrunk))
     return 0
 
 
@@ -67,6 +75,44 @@ def unexplained(item, found, sentences):
     """Ids that want a sentence and have none: of what was missed, and of curves that were measured."""
     wanted = [t.id for t in item.targets(found) if t.met is False or t.id in item.curves]
     return [key for key in dict.fromkeys(wanted) if (item.name, key) not in sentences]
+
+
+# --- claims -----------------------------------------------------------------------------------
+
+def claims_section(told, sentences, notes):
+    """A row for each claim. `told`: targets by figure, of those that are on the page."""
+    verdicts, rows = [], []
+    for claim in claims.CLAIMS:
+        paper = claims.PAPERS[claim.id.partition(".")[0]]
+        if not rows or claim.id.endswith(".1"):
+            rows.append([f'<th colspan="5">{escape(paper)}</th>'])
+        targets = told.get(claim.figure, [])
+        verdicts.append(claims.verdict(claim, targets))
+        rows.append(_claim_row(claim, targets, verdicts[-1], sentences, notes.get(claim.figure, [])))
+    return "\n".join(['<h2 id="claims">Every claim, met or missed</h2>', f'<p class="small">{claims.counted(verdicts)} {WHOSE}</p>',
+                      f'<div class="claims">{table(["id", "the paper", "ours", "", "why"], rows)}</div>'])
+
+
+def _claim_row(claim, targets, verdict, sentences, notes):
+    why = [sentences.get((claim.figure, claim.id), ""), claim.why_not, f"Test {claim.test}" if claim.test else ""]
+    if verdict == claims.NOT_MEASURED:
+        why = notes[:1]
+    link = f'<td><a href="#{claim.figure}">{claim.id}</a></td>' if targets else cell(claim.id)
+    return [link, cell(claim.says, "text"), f'<td class="text">{_ours(claims.targets_of(claim, targets))}</td>',
+            cell(verdict, "missed" if verdict.startswith("missed") else "met"), cell(" ".join(w for w in why if w), "why")]
+
+
+def _ours(targets):
+    """What was asked for, over all scenes: a line for each ratio; what was found, where nothing was asked."""
+    alike = {}
+    for t in [t for t in targets if t.met is not None] or targets:
+        alike.setdefault((t.what.partition(": ")[0], t.percent), []).append(t)
+    lines = []
+    for (what, in_percent), those in alike.items():
+        ends = [number(value, in_percent) for value in (min(t.ours for t in those), max(t.ours for t in those))]
+        asked = ", ".join(dict.fromkeys(bound(t) for t in those if t.met is not None))
+        lines.append(said(f"{what}: {' to '.join(dict.fromkeys(ends))}" + (f" ({asked})" if asked else "")))
+    return "<br>".join(lines) or "–"
 
 
 # --- a figure ---------------------------------------------------------------------------------
@@ -96,7 +142,9 @@ def number(value, in_percent):
         return "–"
     if isinstance(value, str):
         return value
-    return percent(value) if in_percent else f"{value:.3g}"
+    if in_percent:
+        return percent(value)
+    return f"{value:,.0f}" if value >= 1000 else f"{value:.3g}"
 
 
 def bound(target):
