@@ -5,11 +5,13 @@
 // Paper:  Maletz, Wang and Bowers 2011. Beyond it: systematic counts, splats by how many were
 //         drawn, exact disks and texels, thin edges; a filter that goes by noise; all reflections,
 //         by cells that rays go between; points of both sides; lamps of all kinds, however near;
-//         glass; lobes by rays
+//         glass; lobes of receivers by rays. As it has them, up to four lobes of points that send
 // Exact when: `points`, `exploit` and `microbuffer` grow, for diffuse light
 // Known:  what hides light is a map of a thousand texels: edges of shadows are as soft, and thin
 //         walls let through what lies in the holes between points; light of single pixels is noisy.
-//         Of blocks of 2 pixels one may show two surfaces: a lamp just under a ceiling
+//         Light is lost where much is near: a sixth of Sponza's first reflection, whatever the
+//         map's size, a twenty-third of all of it. Of blocks of 2 pixels one may show two
+//         surfaces: a lamp just under a ceiling
 
 #include "pass/point_gather.h"
 #include "technique/far_light.h"
