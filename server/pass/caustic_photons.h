@@ -2,9 +2,10 @@
 // lamp finds, and hardly a ray.
 //
 // Each goes from a lamp, chosen by what it may send there, to one of the spheres that hold what is
-// either, and on from that (pass/onward.h); where spheres overlap a direction counts as often as
-// it is aimed at. What misses the glass, and what never leaves it, is left out. The sky sends none:
-// rays find it.
+// either, and on from that (pass/onward.h); brushed metal on the way keeps photons, too, since
+// light lands there as it goes on. Where spheres overlap a direction counts as often as it is aimed
+// at. What misses the glass, and what never leaves it, is left out. The sky sends none: rays find
+// it.
 //
 // A function of the snapshot, its lights and these numbers, and not of a camera.
 //

@@ -28,8 +28,8 @@ struct bd_first_light {
     // Of each punctual light the square of the distance within which others bring its light
     // (pass/near_lamps.h); NULL: nobody does.
     const float *near2;
-    // Who keeps where light comes from gets the ways of each place, by its number among them, and
-    // says how much irradiance is left to tell (lights/point_lobes.h); NULL: nobody does.
+    // Takes the ways by which light comes to a place, a number among `places`, and returns the
+    // irradiance that is left to tell (lights/point_lobes.h). NULL: all of it is told.
     f3 (*keep)(void *keeper, uint32_t place, const struct bd_first_way *ways, uint32_t count);
     void *keeper;
 };

@@ -3,9 +3,10 @@
 // 1995). What a ray meets is lit there and then, by all lights and by a cache of irradiance:
 // mirrors show what they should, and rough floors no points of light.
 //
-// Mirrors, and who looks into glass, see first light as the whole BRDF reflects it. Wider lobes see
-// surfaces as they look where they have no highlight, and leave lamps behind glass and in mirrors
-// to photons (pass/photon_density.h) where there are such.
+// Rays bring first light as the whole BRDF of what they meet reflects it, its lobe no narrower than
+// the directions that a ray stands for; brushed metal on the way adds its own (pass/brushed.h).
+// Lobes wider than a mirror's leave lamps behind glass and in mirrors to photons
+// (pass/photon_density.h) where there are such.
 //
 // Of each pixel half of the rays make one picture and half another. Unbiased but for the cache, and
 // but for what specular surfaces send on of other light, which counts as sent by diffuse ones.

@@ -37,8 +37,8 @@ extern const struct bd_way bd_way_begins;
 // Photons carry flux with a ray, others bring radiance back along it.
 enum bd_carries { BD_CARRIES_RADIANCE, BD_CARRIES_FLUX };
 
-// Who keeps what comes to brushed metal (scene/model/scene.h), which light goes on from, too: hears
-// of ray `i` there, as it is before that wall, from any thread. NULL: nobody does.
+// Called where ray `i` meets brushed metal (scene/model/scene.h), before that wall changes the ray,
+// from any thread. NULL: nothing is told of such walls.
 struct bd_onward_look {
     void (*look)(void *user, uint32_t i, const struct bd_interface *at, const struct bd_ray *ray,
                  const struct bd_ray_hit *hit, const struct bd_way *way);
