@@ -11,25 +11,17 @@
 #include "lights/surface_hits.h"
 #include "pass/cosine_rays.h"
 #include "pass/nearest.h"
+#include "pass/point_ends.h"
+#include "pass/point_walk.h"
 
 // Of a cell.
 #define RAYS 64u
-// How many walk for each cell, and how often they go on.
-#define WALKS_PER_CELL 8u
-#define WALKS_MOST     262144u
-#define WALK_STEPS     5u
 // In the mean: of fewer a cell would be smaller than what it tells, and leave the rest dark.
 #define PLACES_OF_CELL 16u
 #define CELLS_LEAST    64u
-// Regions, by the upper bits of cells' numbers: of the ways to face, and five of each axis.
-#define REGION_SHIFT 45u
-#define REGIONS      (6u << 15)
-// That go on from each region, about.
-#define OF_REGION 64
-// Numbers that nobody else of a frame draws by its seed.
-#define OF_WALK 0x77616c6bu
-// In distances between points: so near one stands for a place.
-#define REACH 4.0f
+// Of a side in whose place are cells of surfaces alone that look elsewhere, by this cosine or less.
+#define OF_OTHERS (BD_NO_CELL - 1)
+#define ELSEWHERE 0.01f
 // How a cell projects: less closely than pixels do, for its light is seen in the mean over many.
 #define MAP_SIDE    16u
 #define MAP_EXPLOIT 1024u
@@ -54,12 +46,8 @@ struct cells {
     struct bd_pass_context context;
     const struct bd_point_cells_inputs *inputs;
     struct bd_irradiance_cells *cells;
-    // Where a walk from lit points came to.
-    struct bd_surface_point *places;
-    uint32_t place_count;
-    struct bd_ray *walk;
-    struct bd_ray_hit *walk_hits;
-    uint32_t *cell_of; // each side's
+    struct bd_point_walk walk;
+    uint32_t *cell_of; // each side's, or BD_NO_CELL, OF_OTHERS
     uint32_t sights_each;
     struct sight *sights;
     f3 *of_lobes; // that each sees
@@ -92,11 +80,6 @@ static uint32_t end_of_group(uint32_t group, uint32_t count)
 
 // --- what sides send ----------------------------------------------------------------------------
 
-static f3 sent_by(const struct bd_point_sides *sides, uint32_t side, f3 irradiance)
-{
-    return f3_scale(f3_mul(irradiance, sides->places[side].diffuse), 1 / F_PI);
-}
-
 struct sending {
     const struct bd_point_sides *sides;
     f3 *radiance;
@@ -106,7 +89,8 @@ static void send_first(void *user, uint32_t group)
 {
     const struct sending *s = user;
     for (uint32_t i = group * BD_LANES; i < end_of_group(group, s->sides->count); i++)
-        s->radiance[s->sides->radiance_of[i]] = sent_by(s->sides, i, s->sides->first[i]);
+        s->radiance[s->sides->radiance_of[i]] =
+            bd_point_side_sends(s->sides, i, s->sides->first[i]);
 }
 
 enum bd_err bd_points_send_first(const struct bd_pass_context *context,
@@ -124,9 +108,9 @@ static void send_all(void *user, uint32_t group)
     const struct bd_point_sides *sides = c->inputs->sides;
     for (uint32_t i = group * BD_LANES; i < end_of_group(group, sides->count); i++) {
         f3 irradiance = sides->first[i];
-        if (c->cell_of[i] != BD_NO_CELL)
+        if (c->cell_of[i] < c->cells->count)
             irradiance = f3_add(irradiance, c->cells->irradiance[c->cell_of[i]]);
-        c->radiance[sides->radiance_of[i]] = sent_by(sides, i, irradiance);
+        c->radiance[sides->radiance_of[i]] = bd_point_side_sends(sides, i, irradiance);
     }
 }
 
@@ -137,137 +121,23 @@ static enum bd_err send_on(struct cells *c)
                              UNITS_PER_SIDE * BD_LANES, send_all, c);
 }
 
-// --- where light comes to -----------------------------------------------------------------------
-
-// In the mean over all directions.
-static double sent_to_all(const struct cells *c, uint32_t i)
-{
-    const struct bd_point_sides *sides = c->inputs->sides;
-    const f3 of_lobe = bd_point_lobes_get(sides->lobes, sides->radiance_of[i]);
-    return (double)all_channels(
-        f3_add(c->radiance[sides->radiance_of[i]], sent_by(sides, i, of_lobe)));
-}
-
-// Of all, in even steps through what they send.
-static uint32_t start_walk(const struct cells *c, struct bd_surface_point *starts, uint32_t most)
-{
-    const struct bd_point_sides *sides = c->inputs->sides;
-    double sum = 0, passed = 0;
-    uint32_t count = 0;
-    for (uint32_t i = 0; i < sides->count; i++) sum += sent_to_all(c, i);
-    for (uint32_t i = 0; sum > 0 && i < sides->count; i++) {
-        passed += sent_to_all(c, i);
-        for (; count < most && (count + 0.5) * sum < passed * most; count++) {
-            starts[count] = sides->places[i];
-            starts[count].number = count;
-        }
-    }
-    return count;
-}
-
-static void aim_walk(struct cells *c, const struct bd_surface_point *starts, uint32_t count,
-                     uint32_t step)
-{
-    const struct bd_sequence sequence = bd_sequence_of((uint32_t)c->inputs->seed, OF_WALK + step);
-    for (uint32_t i = 0; i < count; i++) {
-        const struct bd_surface_point *at = &starts[i];
-        float number[2];
-        bd_sequence_pair(&sequence, at->number, number);
-        const struct bd_basis basis = bd_basis_of(at->normal);
-        const f3 d = bd_from_basis(&basis, at->normal, bd_cosine_direction(number));
-        c->walk[i] = (struct bd_ray){
-            .origin = {at->position.x, at->position.y, at->position.z},
-            .from_triangle = at->triangle,
-            .direction = {d.x, d.y, d.z},
-            .far = INFINITY,
-        };
-    }
-}
-
-// Where those are that come somewhere.
-static uint32_t land(struct cells *c, const struct bd_surface_point *starts, uint32_t count,
-                     struct bd_surface_point *to)
-{
-    uint32_t landed = 0;
-    for (uint32_t i = 0; i < count; i++) {
-        const struct bd_ray_hit *hit = &c->walk_hits[i];
-        const float *d = c->walk[i].direction;
-        if (hit->triangle == BD_NO_TRIANGLE ||
-            !bd_surface_hit_at(&c->hits, hit->triangle, hit->u, hit->v, f3_of(d[0], d[1], d[2]),
-                               &to[landed]))
-            continue;
-        to[landed++].number = bd_stirred(starts[i].number + 1);
-    }
-    return landed;
-}
-
-// A part of space and of the ways that surfaces face.
-static uint32_t region_of(const struct cells *c, const struct bd_surface_point *at)
-{
-    const float radius = (float)c->inputs->space->radius;
-    return (uint32_t)(bd_irradiance_cell_at(at->position, at->normal, radius) >> REGION_SHIFT);
-}
-
-// Of each region about as many as of any other, by their own numbers: light that few found goes on
-// as well as that of many, and what one of them does is nothing to those elsewhere.
-static uint32_t spread_evenly(const struct cells *c, const struct bd_surface_point *landed,
-                              uint32_t count, struct bd_surface_point *starts)
-{
-    uint32_t *arrived = calloc(REGIONS, sizeof *arrived);
-    uint32_t kept = 0;
-    BD_ASSERT(arrived);
-    for (uint32_t i = 0; i < count; i++) arrived[region_of(c, &landed[i])]++;
-    for (uint32_t i = 0; i < count; i++) {
-        const double drawn = bd_stirred(landed[i].number) * 0x1p-32;
-        if (drawn * arrived[region_of(c, &landed[i])] < OF_REGION) starts[kept++] = landed[i];
-    }
-    free(arrived);
-    return kept;
-}
-
-// Each step goes on from where the one before came to.
-static enum bd_err walk(struct cells *c, struct bd_ray_counts *traced)
-{
-    const uint32_t wanted = WALKS_PER_CELL * c->inputs->cells;
-    const uint32_t each = wanted < WALKS_MOST ? wanted : WALKS_MOST;
-    struct bd_surface_point *starts = malloc((each + 1) * sizeof *starts);
-    c->places = malloc(((size_t)each * WALK_STEPS + 1) * sizeof *c->places);
-    c->walk = malloc((each + 1) * sizeof *c->walk);
-    c->walk_hits = malloc((each + 1) * sizeof *c->walk_hits);
-    const bool all = starts && c->places && c->walk && c->walk_hits;
-    enum bd_err err = all ? BD_ERR_OK : no_memory(c);
-    uint32_t count = all ? start_walk(c, starts, each) : 0;
-    for (uint32_t step = 0; !err && step < WALK_STEPS; step++) {
-        aim_walk(c, starts, count, step);
-        err = bd_nearest_ask(&c->context, c->inputs->visibility, c->walk, count, c->walk_hits,
-                             traced, c->detail);
-        if (err) break;
-        struct bd_surface_point *landed = c->places + c->place_count;
-        count = land(c, starts, count, landed);
-        c->place_count += count;
-        count = spread_evenly(c, landed, count, starts);
-    }
-    free(starts);
-    return err;
-}
-
 // --- cells --------------------------------------------------------------------------------------
 
 static const struct bd_surface_point *place_of(const struct cells *c, uint32_t cell)
 {
-    return &c->places[c->cells->chosen[cell]];
+    return &c->walk.places[c->cells->chosen[cell]];
 }
 
 static enum bd_err make_cells(struct cells *c)
 {
     const float radius = (float)c->inputs->space->radius;
-    const uint32_t count = c->place_count;
+    const uint32_t count = c->walk.count;
     const uint32_t dense = count / PLACES_OF_CELL + CELLS_LEAST;
     const uint32_t most = c->inputs->cells < dense ? c->inputs->cells : dense;
     uint64_t *numbers = malloc((count + 1) * sizeof *numbers);
     if (!numbers) return no_memory(c);
     for (uint32_t i = 0; i < count; i++) {
-        const struct bd_surface_point *at = &c->places[i];
+        const struct bd_surface_point *at = &c->walk.places[i];
         numbers[i] = bd_irradiance_cell_at(at->position, at->normal, radius);
     }
     const enum bd_err err =
@@ -280,12 +150,19 @@ static enum bd_err make_room(struct cells *c)
 {
     const size_t count = c->cells->count + 1;
     c->sights_each = c->inputs->projected ? TEXELS : RAYS;
-    c->cell_of = malloc((c->inputs->sides->count + 1) * sizeof *c->cell_of);
     c->sights = calloc(count * c->sights_each, sizeof *c->sights);
     c->of_lobes = calloc(count, sizeof *c->of_lobes);
     c->before = calloc(count, sizeof *c->before);
-    const bool all = c->cell_of && c->sights && c->of_lobes && c->before;
+    const bool all = c->sights && c->of_lobes && c->before;
     return all ? bd_slicer_pause(c->context.slicer) : no_memory(c);
+}
+
+// Where a wall is thin a cell may be of its other side, or of a wall that meets it there.
+static uint32_t cell_at(const struct cells *c, const struct bd_surface_point *at)
+{
+    const uint32_t cell = bd_irradiance_cells_find(c->cells, at->position, at->normal);
+    if (cell == BD_NO_CELL) return cell;
+    return f3_dot(place_of(c, cell)->normal, at->normal) < ELSEWHERE ? OF_OTHERS : cell;
 }
 
 static void find_cells(void *user, uint32_t group)
@@ -293,8 +170,57 @@ static void find_cells(void *user, uint32_t group)
     const struct cells *c = user;
     const struct bd_point_sides *sides = c->inputs->sides;
     for (uint32_t i = group * BD_LANES; i < end_of_group(group, sides->count); i++)
-        c->cell_of[i] =
-            bd_irradiance_cells_find(c->cells, sides->places[i].position, sides->places[i].normal);
+        c->cell_of[i] = cell_at(c, &sides->places[i]);
+}
+
+static enum bd_err find_all(struct cells *c)
+{
+    bd_slicer_work(c->context.slicer, "cells of sides");
+    return bd_receivers_each(&c->context, groups_of(c->inputs->sides->count),
+                             UNITS_PER_SIDE * BD_LANES, find_cells, c);
+}
+
+// Sides among cells of others, where no walk came: they start. How many.
+static uint32_t start_strangers(struct cells *c)
+{
+    const struct bd_point_sides *sides = c->inputs->sides;
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < sides->count; i++) {
+        if (c->cell_of[i] != OF_OTHERS) continue;
+        c->walk.starts[count] = sides->places[i];
+        c->walk.starts[count++].number = c->inputs->points->names[sides->radiance_of[i] / 2];
+    }
+    return count;
+}
+
+// Those become places, too, who look one way and see where the walk came to: from within a wall
+// none does.
+static enum bd_err add_strangers(struct cells *c, struct bd_ray_counts *traced)
+{
+    const uint32_t count = start_strangers(c);
+    const enum bd_err err = bd_point_walk_look(&c->context, &c->walk, count, traced, c->detail);
+    for (uint32_t i = 0; !err && i < count; i++) {
+        struct bd_surface_point seen;
+        if (bd_point_walk_sees(&c->walk, i, &seen) && cell_at(c, &seen) < c->cells->count)
+            c->walk.places[c->walk.count++] = c->walk.starts[i];
+    }
+    return err;
+}
+
+// Of the places that the walk came to; then, if those of some sides are of others alone, of those,
+// too.
+static enum bd_err place_cells(struct cells *c, struct bd_ray_counts *traced)
+{
+    c->cell_of = malloc((c->inputs->sides->count + 1) * sizeof *c->cell_of);
+    if (!c->cell_of) return no_memory(c);
+    enum bd_err err = make_cells(c);
+    if (!err) err = find_all(c);
+    const uint32_t walked = c->walk.count;
+    if (!err) err = add_strangers(c, traced);
+    if (err || c->walk.count == walked) return err;
+    bd_irradiance_cells_destroy(&c->cells);
+    err = make_cells(c);
+    return err ? err : find_all(c);
 }
 
 static void see_lobe(const struct cells *c, uint32_t cell, const struct sight *sight, f3 to_viewer)
@@ -364,15 +290,9 @@ static enum bd_err look_by_points(struct cells *c)
 // Whether there is a point where the ray ends, and how much of its light comes.
 static bool see(const struct cells *c, uint32_t ray, struct sight *sight)
 {
-    const struct bd_ray_hit *hit = &c->rays.hits[ray];
-    const float *d = c->rays.rays[ray].direction;
-    struct bd_surface_point at;
-    if (hit->triangle == BD_NO_TRIANGLE ||
-        !bd_surface_hit_at(&c->hits, hit->triangle, hit->u, hit->v, f3_of(d[0], d[1], d[2]), &at))
-        return false;
     const float passes = c->rays.ways ? all_channels(c->rays.ways[ray].weight) / 3 : 1;
-    const float reach = REACH * f_sqrt(c->inputs->points->area);
-    const uint32_t near = bd_point_clusters_near(c->inputs->points, at.position, at.normal, reach);
+    const uint32_t near =
+        bd_point_at_end(&c->hits, c->inputs->points, &c->rays.rays[ray], &c->rays.hits[ray]);
     if (near == BD_NO_POINT_NEAR) return false;
     *sight = (struct sight){near, passes * F_PI / RAYS};
     return true;
@@ -478,10 +398,6 @@ static enum bd_err go_round(struct cells *c, uint32_t *rounds)
 static enum bd_err light_cells(struct cells *c, uint32_t *rounds, struct bd_ray_counts *traced)
 {
     enum bd_err err = make_room(c);
-    bd_slicer_work(c->context.slicer, "cells of sides");
-    if (!err)
-        err = bd_receivers_each(&c->context, groups_of(c->inputs->sides->count),
-                                UNITS_PER_SIDE * BD_LANES, find_cells, c);
     if (!err) err = c->inputs->projected ? look_by_points(c) : look_by_rays(c, traced);
     return err ? err : go_round(c, rounds);
 }
@@ -496,16 +412,15 @@ enum bd_err bd_point_cells_run(const struct bd_pass_context *context,
     bd_surface_hits_init(&c.hits, inputs->snapshot);
     c.hits.roughest = BD_MIRROR_ROUGHNESS;
     bd_slicer_work(context->slicer, "cells of points");
-    enum bd_err err = walk(&c, traced);
-    if (!err) err = make_cells(&c);
+    c.walk = (struct bd_point_walk){.inputs = inputs, .hits = &c.hits, .radiance = radiance};
+    enum bd_err err = bd_point_walk_run(&c.context, &c.walk, traced, detail);
+    if (!err) err = place_cells(&c, traced);
     if (!err && c.cells->count > 0) err = light_cells(&c, rounds, traced);
     bd_surface_hits_finish(&c.hits);
     bd_microbuffer_finish(&c.map);
+    bd_point_walk_finish(&c.walk);
     free(c.cell_of);
     free(c.sights);
-    free(c.places);
-    free(c.walk);
-    free(c.walk_hits);
     free(c.of_lobes);
     free(c.before);
     if (err) bd_irradiance_cells_destroy(&c.cells);
