@@ -416,11 +416,22 @@ struct search {
     const struct bd_point_clusters *clusters;
     f3 position, normal;
     float alike_least; // of the cosine between normals
-    float r2;          // of the nearest so far
-    uint32_t found;
+    float r2;          // of the nearest so far, or within which all are found
+    uint32_t found;    // it, or how many
+    uint32_t *all, most; // NULL: the nearest alone
 };
 
 #define FACES_ALIKE 0.7f
+
+static void take(struct search *s, float r2, uint32_t side)
+{
+    if (!s->all) {
+        s->r2 = r2;
+        s->found = side;
+    } else if (s->found < s->most) {
+        s->all[s->found++] = side;
+    }
+}
 
 static void look_at_points(struct search *s, const struct bd_point_part *part)
 {
@@ -429,8 +440,7 @@ static void look_at_points(struct search *s, const struct bd_point_part *part)
         const f3 way = f3_sub(f3_of(point->x, point->y, point->z), s->position);
         const float r2 = f3_dot(way, way), alike = f3_dot(normal_of_bits(point->normal), s->normal);
         if (r2 >= s->r2 || f_abs(alike) < s->alike_least) continue;
-        s->r2 = r2;
-        s->found = 2 * i + (alike < 0);
+        take(s, r2, 2 * i + (alike < 0));
     }
 }
 
@@ -462,6 +472,20 @@ uint32_t bd_point_clusters_near(const struct bd_point_clusters *clusters, f3 pos
                             .alike_least = FACES_ALIKE * f3_dot(normal, normal),
                             .r2 = reach * reach,
                             .found = BD_NO_POINT_NEAR};
+    if (clusters->count > 0) look_in(&search, &clusters->parts[0]);
+    return search.found;
+}
+
+uint32_t bd_point_clusters_within(const struct bd_point_clusters *clusters, f3 position, f3 normal,
+                                  float reach, uint32_t *sides, uint32_t most)
+{
+    struct search search = {.clusters = clusters,
+                            .position = position,
+                            .normal = normal,
+                            .alike_least = FACES_ALIKE * f3_dot(normal, normal),
+                            .r2 = reach * reach,
+                            .all = sides,
+                            .most = most};
     if (clusters->count > 0) look_in(&search, &clusters->parts[0]);
     return search.found;
 }

@@ -79,4 +79,8 @@ void bd_point_clusters_cut(const struct bd_point_clusters *clusters, uint32_t mo
 uint32_t bd_point_clusters_near(const struct bd_point_clusters *clusters, f3 position, f3 normal,
                                 float reach);
 
+// All that face so and lie within `reach`, the first `most` of them if there are more; how many.
+uint32_t bd_point_clusters_within(const struct bd_point_clusters *clusters, f3 position, f3 normal,
+                                  float reach, uint32_t *sides, uint32_t most);
+
 #endif

@@ -4,7 +4,6 @@
 #include <stdlib.h>
 
 #include "kernel/light.h"
-#include "lights/directions.h"
 #include "lights/sequence.h"
 #include "lights/surface_hits.h"
 #include "pass/choose.h"
@@ -13,10 +12,12 @@
 #include "pass/punctual_photons.h"
 
 // In distances between points: a lamp that close to one is near; so far reaches what lands; and so
-// far about where it does it is spread, or one point had all of the light and few would look at it.
+// far about where it does it is spread, over so many points at most, or one had all of the light
+// and few would look at it.
 #define NEAR       2.0f
 #define NEAR_REACH 4.0f
 #define SPREAD     3.0f
+#define POINTS_MOST 64u
 // Of a lamp, powers of two; of all that are on their way at once.
 #define RAYS_MOST    1024u
 #define RAYS_LEAST   16u
@@ -30,7 +31,7 @@ struct landing {
     const struct bd_near_lamps_inputs *inputs;
     struct bd_near_lamps *out;
     struct bd_surface_hits surfaces;
-    struct bd_sequence sequence, spread;
+    struct bd_sequence sequence;
     uint32_t *lamps; // those that are near
     uint32_t lamp_count, rays_each;
     struct bd_ray *rays;
@@ -108,30 +109,29 @@ static bool meets_glass(const struct landing *l, uint32_t first_ray)
     return false;
 }
 
-// In the surface's plane, beside where a ray lands.
-static f3 place_beside(const struct landing *l, const struct bd_surface_point *at, uint32_t ray)
-{
-    const struct bd_basis basis = bd_basis_of(at->normal);
-    float number[2];
-    bd_sequence_pair(&l->spread, ray, number);
-    const float far = SPREAD * l->distance * f_sqrt(number[0]), turn = 2 * F_PI * number[1];
-    const f3 beside = f3_of(far * cosf(turn), far * sinf(turn), 0);
-    return f3_add(at->position, bd_from_basis(&basis, at->normal, beside));
-}
-
+// To all points about as much, and not to the nearest: of those the ones that stand for more than
+// their share would get more, and rays that end there would bring that twice.
 static void land(struct landing *l, uint32_t ray, f3 flux)
 {
+    const struct bd_point_clusters *points = l->inputs->points;
     const struct bd_ray_hit *hit = &l->hits[ray];
     const struct bd_ray *from = &l->rays[ray];
     const f3 way = f3_of(from->direction[0], from->direction[1], from->direction[2]);
     struct bd_surface_point at;
+    uint32_t sides[POINTS_MOST];
     if (!lands(l, hit) || !bd_surface_hit_at(&l->surfaces, hit->triangle, hit->u, hit->v, way, &at))
         return;
-    const uint32_t side = bd_point_clusters_near(l->inputs->points, place_beside(l, &at, ray),
-                                                 at.normal, (NEAR_REACH + SPREAD) * l->distance);
-    if (side == BD_NO_POINT_NEAR) return;
-    f3 *to = &l->out->irradiance[side];
-    *to = f3_add(*to, f3_scale(flux, 1 / l->inputs->points->area));
+    uint32_t count = bd_point_clusters_within(points, at.position, at.normal, SPREAD * l->distance,
+                                              sides, POINTS_MOST);
+    if (count == 0) {
+        sides[0] = bd_point_clusters_near(points, at.position, at.normal,
+                                          (NEAR_REACH + SPREAD) * l->distance);
+        count = sides[0] != BD_NO_POINT_NEAR;
+    }
+    for (uint32_t i = 0; i < count; i++) {
+        f3 *to = &l->out->irradiance[sides[i]];
+        *to = f3_add(*to, f3_scale(flux, 1 / (points->area * (float)count)));
+    }
 }
 
 static void land_all_of(struct landing *l, uint32_t k, uint32_t first_ray)
@@ -173,7 +173,6 @@ enum bd_err bd_near_lamps_run(const struct bd_pass_context *context,
         .inputs = inputs,
         .out = out,
         .sequence = bd_sequence_of(bd_askers_seed(inputs->seed), OF_NEAR_LAMPS),
-        .spread = bd_sequence_of(bd_askers_seed(inputs->seed), OF_NEAR_LAMPS + 1),
         .distance = f_sqrt(inputs->points->area),
     };
     *out = (struct bd_near_lamps){0};
