@@ -347,6 +347,20 @@ void bd_lit_points_destroy(struct bd_gpu *gpu, struct bd_lit_points **points)
     *points = NULL;
 }
 
+f3 bd_lit_points_send(const struct bd_lit_points *points, uint32_t side, f3 to_viewer)
+{
+    const f3 radiance = points->radiance[side];
+    if (points->lobes.count == 0) return radiance;
+    return f3_add(radiance, bd_point_lobes_send(&points->lobes, side, to_viewer));
+}
+
+f3 bd_lit_points_send_to(const struct bd_lit_points *points, uint32_t side, f3 place)
+{
+    const struct bd_projected_point *point = &points->clusters.points[side / 2];
+    return bd_lit_points_send(points, side,
+                              f3_unit(f3_sub(place, f3_of(point->x, point->y, point->z))));
+}
+
 uint64_t bd_lit_points_bytes(const struct bd_lit_points *points)
 {
     const struct bd_point_clusters *c = &points->clusters;

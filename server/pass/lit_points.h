@@ -50,6 +50,12 @@ enum bd_err bd_lit_points_run(const struct bd_pass_context *context,
                               const struct bd_lit_points_inputs *inputs, struct bd_lit_points **out,
                               struct bd_err_detail *detail);
 void bd_lit_points_destroy(struct bd_gpu *gpu, struct bd_lit_points **points);
+
+// Radiance of a point's front, 2 i, or back, 2 i + 1, to a viewer, unit.
+f3 bd_lit_points_send(const struct bd_lit_points *points, uint32_t side, f3 to_viewer);
+// To a place, render space.
+f3 bd_lit_points_send_to(const struct bd_lit_points *points, uint32_t side, f3 place);
+
 uint64_t bd_lit_points_bytes(const struct bd_lit_points *points);
 
 #endif
