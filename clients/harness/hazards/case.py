@@ -15,7 +15,17 @@ PROBE_PX = 4  # a probe's side: its pixels see one point and so tell the noise, 
 # pictures as small as these, are single pixels.
 COARSEST = 8
 SINGLE_PIXELS = {"coarsest": None}  # settings of a row that knows the light of each of them
+SHARED_PX = 8  # pixels along a side of what may have its light, and its noise, in common
 SAMPLES_FEW, SAMPLES_USUAL, SAMPLES_MANY = 4, 16, 512  # a pixel
+
+
+def _blocks(values):
+    """Means of blocks of a picture; of values that are none, or of a smaller one, themselves."""
+    if values.ndim != 2 or min(values.shape) < SHARED_PX:
+        return values
+    rows, columns = (n // SHARED_PX for n in values.shape)
+    whole = values[:rows * SHARED_PX, :columns * SHARED_PX]
+    return whole.reshape(rows, SHARED_PX, columns, SHARED_PX).mean(axis=(1, 3))
 
 
 class View:
@@ -204,7 +214,7 @@ class Case:
         if not self.technique.is_sampled:
             return False
         d = difference.mean(axis=-1)
-        return abs(d.mean()) <= 4 * self.noise(d) + allowed
+        return abs(d.mean()) <= 4 * max(self.noise(d), self.noise(_blocks(d))) + allowed
 
     def flagged(self, view, *names):
         """The report says so by one of `names`."""
