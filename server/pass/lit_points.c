@@ -356,6 +356,7 @@ f3 bd_lit_points_send(const struct bd_lit_points *points, uint32_t side, f3 to_v
 
 f3 bd_lit_points_send_to(const struct bd_lit_points *points, uint32_t side, f3 place)
 {
+    if (points->lobes.count == 0) return points->radiance[side];
     const struct bd_projected_point *point = &points->clusters.points[side / 2];
     return bd_lit_points_send(points, side,
                               f3_unit(f3_sub(place, f3_of(point->x, point->y, point->z))));
