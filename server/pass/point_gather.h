@@ -5,9 +5,11 @@
 // (kernel/light_spread.h), of which what texels show is a patch each.
 //
 // Exact but for the map: what is nearer than a texel's width to an edge may lie on its other side,
-// and holes between points show what lies behind them.
+// and holes between points show what lies behind them. Rays through some texels say how far off it
+// is (pass/map_rays.h).
 //
-// Cost: 57 to 87 us a receiver and core at 3,072 points (192x192, Cornell boxes, Sponza).
+// Cost: 57 to 87 us a receiver and core at 3,072 points (192x192, Cornell boxes, Sponza), and half
+// to all of that again for 64 rays.
 //
 // Maletz, Wang, Bowers 2011. Thread: render thread, and the pool's.
 
@@ -26,6 +28,10 @@ struct bd_point_gather_inputs {
     // bd_projector); texels alike, that hold radiance in eight bits.
     bool as_printed;
     enum bd_projection projection;
+    uint32_t rays; // of a receiver through its map, even, at most BD_MAP_RAYS_MAX; 0: none
+    const struct bd_scene *snapshot;               // that they meet,
+    const struct bd_visibility_inputs *visibility; // and as they do
+    bool glass;                                    // they go on through it, and from mirrors
     bool noise; // of light that is made is kept, too (pass/filter_fragments.h)
     struct bd_pool *pool;
     uint64_t seed;

@@ -5,6 +5,7 @@
 
 #include "pass/f3_arrays.h"
 #include "pass/kernels.h"
+#include "pass/map_rays.h"
 #include "pass/point_surfaces.h"
 #include "shared/bindings.h"
 
@@ -32,7 +33,8 @@ struct bd_point_gather_device {
     struct bd_point_cluster *all_clusters;
     struct bd_point_asker *all_askers;
     uint32_t *asker_is; // which receiver of the part
-    struct bd_point_light *all_light;
+    char *all_light;    // each a struct bd_point_light, and its rays
+    struct bd_map_ray *chosen;
 };
 
 // --- room ---------------------------------------------------------------------------------------
@@ -42,13 +44,18 @@ static size_t most_clusters(const struct bd_point_gather_device *d)
     return (size_t)SETS_AT_ONCE * BD_POINT_SURFACES_MAX * d->inputs->clusters;
 }
 
+static size_t light_bytes(const struct bd_point_gather_device *d)
+{
+    return sizeof(struct bd_point_light) + bd_map_ray_slots(d->inputs) * sizeof(struct bd_map_ray);
+}
+
 static enum bd_err make_room(struct bd_point_gather_device *d, struct bd_err_detail *detail)
 {
     d->cuts = malloc(SETS_AT_ONCE * sizeof *d->cuts);
     d->all_clusters = malloc(most_clusters(d) * sizeof *d->all_clusters);
     d->all_askers = malloc(ASKERS_AT_ONCE * sizeof *d->all_askers);
     d->asker_is = malloc(ASKERS_AT_ONCE * sizeof *d->asker_is);
-    d->all_light = malloc(ASKERS_AT_ONCE * sizeof *d->all_light);
+    d->all_light = malloc(ASKERS_AT_ONCE * light_bytes(d));
     if (d->cuts && d->all_clusters && d->all_askers && d->asker_is && d->all_light)
         return BD_ERR_OK;
     return bd_err_set(detail, BD_ERR_NO_MEMORY, "clusters", "no memory for cuts of %u",
@@ -117,7 +124,7 @@ static enum bd_err make_buffers(struct bd_point_gather_device *d, struct bd_err_
         err = bd_buf_create_unset(gpu, "who asks points", ASKERS_AT_ONCE * sizeof *d->all_askers,
                                   &d->askers, detail);
     if (!err)
-        err = bd_buf_create_unset(gpu, "light by points", ASKERS_AT_ONCE * sizeof *d->all_light,
+        err = bd_buf_create_unset(gpu, "light by points", ASKERS_AT_ONCE * light_bytes(d),
                                   &d->light, detail);
     return err;
 }
@@ -255,6 +262,7 @@ static enum bd_err light_askers(struct bd_point_gather_device *d, uint32_t count
         .all = d->inputs->projection == BD_PROJECTION_ALL,
         .is_uniform = d->inputs->projection == BD_PROJECTION_UNIFORM,
         .area = d->inputs->points->clusters.area,
+        .rays = d->inputs->rays,
     };
     struct bd_bindings bindings = {0};
     bind(d, &args, &bindings);
@@ -270,27 +278,32 @@ static enum bd_err light_askers(struct bd_point_gather_device *d, uint32_t count
 
 static enum bd_err keep_light(const struct bd_point_gather_device *d, uint32_t count)
 {
+    const size_t slots = bd_map_ray_slots(d->inputs);
     const enum bd_err err =
-        bd_buf_read(d->context->gpu, d->light, 0, d->all_light, count * sizeof *d->all_light);
+        bd_buf_read(d->context->gpu, d->light, 0, d->all_light, count * light_bytes(d));
     for (uint32_t i = 0; !err && i < count; i++) {
-        const struct bd_point_light *from = &d->all_light[i];
+        const struct bd_point_light *from = (const void *)(d->all_light + i * light_bytes(d));
         struct bd_receiver_light *to = &d->part->light[d->asker_is[i] / BD_LANES];
         const uint32_t lane = d->asker_is[i] % BD_LANES;
         f3_add_at(&to->irradiance, lane, f3_loaded(from->irradiance));
         f3_add_at(&to->vector, lane, f3_loaded(from->vector));
         f3_add_at(&to->noise, lane, f3_loaded(from->noise));
         to->spread[lane] += from->spread;
+        if (slots > 0)
+            memcpy(d->chosen + d->asker_is[i] * slots, from + 1, slots * sizeof *d->chosen);
     }
     return err;
 }
 
 enum bd_err bd_point_gather_device_light(struct bd_point_gather_device *d,
                                          const struct bd_receiver_part *part,
-                                         const struct bd_receiver_sets *sets)
+                                         const struct bd_receiver_sets *sets,
+                                         struct bd_map_ray *chosen)
 {
     enum bd_err err = BD_ERR_OK;
     d->part = part;
     d->sets = sets;
+    d->chosen = chosen;
     if (!d->program) return BD_ERR_OK;
     for (d->first_set = 0; !err && d->first_set < sets->count; d->first_set += SETS_AT_ONCE) {
         const uint32_t left = sets->count - d->first_set;

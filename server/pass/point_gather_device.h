@@ -25,10 +25,12 @@ enum bd_err bd_point_gather_device_begin(const struct bd_pass_context *context,
                                          struct bd_err_detail *detail);
 void bd_point_gather_device_end(struct bd_point_gather_device **device);
 
-// Adds its receivers' light to the part.
+// Adds its receivers' light to the part. `chosen`: as of struct bd_map_rays, where rays are asked
+// for; else NULL.
 BD_MUST_CHECK
 enum bd_err bd_point_gather_device_light(struct bd_point_gather_device *device,
                                          const struct bd_receiver_part *part,
-                                         const struct bd_receiver_sets *sets);
+                                         const struct bd_receiver_sets *sets,
+                                         struct bd_map_ray *chosen);
 
 #endif

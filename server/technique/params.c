@@ -232,6 +232,8 @@ static const struct param_row table[BD_PARAM_COUNT] = {
     CHOICE(PROJECTION, "projection", projection, 0,
            "which points are projected: by importance, as many of all clusters alike, or all",
            "importance", "uniform", "all"),
+    EVEN(MAP_RAYS, "map_rays", map_rays, 0, BD_MAP_RAYS_MAX, 64,
+         "of a receiver through its map, in the mean, that bring what that misses, even; 0: none"),
 };
 
 // Other words for choices. They are read, and never written.

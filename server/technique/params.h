@@ -123,6 +123,7 @@ enum bd_param {
     BD_PARAM_EXPLOIT,
     BD_PARAM_MICROBUFFER,
     BD_PARAM_PROJECTION,
+    BD_PARAM_MAP_RAYS,
     BD_PARAM_COUNT,
 };
 
@@ -209,6 +210,7 @@ struct bd_params {
     uint32_t env_maps, env_map_size;
     uint32_t points, clusters, explore, exploit, microbuffer;
     uint32_t projection; // enum bd_projection
+    uint32_t map_rays;
 };
 
 // Of what a clamp takes off, of techniques that read `residual`: whether the picture gives it back,

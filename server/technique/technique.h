@@ -91,8 +91,8 @@ struct bd_tolerance {
     // "KEY=VALUE KEY=VALUE": what must be set for it, where the defaults leave light out by design.
     // NULL: at default parameters.
     const char *settings;
-    // Of the light on one side of an opaque wall, what comes through it: where what hides light are
-    // points, there are holes between them. 0: nothing.
+    // Of the light on one side of an opaque wall, what comes through it: where light is told at
+    // points, the nearest one may lie before it. 0: nothing.
     double leak;
 };
 

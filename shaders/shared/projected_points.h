@@ -21,8 +21,13 @@
 // number that others have not; the map's normal, its block's radius, 0 where none asks for the
 // spread; its shading normal, how far it leaves its plane.
 #define BD_POINT_ASKER_UVEC4S 5u
-// What it gets: its irradiance, the spread; the irradiance vector, nothing; the noise, nothing.
-#define BD_POINT_LIGHT_VEC4S 3u
+// What it gets, bits of all: its irradiance, the spread; the irradiance vector, nothing; the noise,
+// nothing. Then of rays, in as many slots as the few more than in the mean may take, the texel of
+// its map that each goes through, what that shows, what the ray counts, 1 over how many the texel
+// has in the mean, or 0 of none, and which of the texel's it is (kernel/map_rays.h).
+#define BD_POINT_LIGHT_UVEC4S  3u
+#define BD_MAP_RAYS_MAX        1024u
+#define BD_MAP_RAY_SLOTS(rays) ((rays) > 0u ? (rays) + (rays) / 8u + 6u : 0u)
 // Sides that send by a lobe (lights/point_lobes.h): of each side where such a one begins, or
 // BD_NO_LOBE; then those, each of so many uints, after which come the ways of its light.
 #define BD_NO_LOBE          0xffffffffu
@@ -35,7 +40,8 @@ struct bd_point_gather_args {
     BD_UINT all, is_uniform;  // 1: every point; of all clusters as many
     BD_UINT first_asker;      // of the slice
     BD_FLOAT area;            // that each point stands for
-    BD_UINT unused_0, unused_1;
+    BD_UINT rays;             // through the map, in the mean
+    BD_UINT unused_0;
 };
 
 #ifndef BD_GLSL
@@ -65,6 +71,11 @@ struct bd_point_light {
     float vector[3], unused_0;
     float noise[3], unused_1;
 };
+struct bd_map_ray {
+    uint32_t texel, seen;
+    float counts;
+    uint32_t of_texel;
+};
 struct bd_point_lobe {
     float irradiance[3];
     uint32_t way; // bits_of_normal
@@ -80,7 +91,8 @@ _Static_assert(sizeof(struct bd_projected_point) == 16, "std430 size");
 _Static_assert(sizeof(struct bd_point_cluster) == 16, "std430 size");
 _Static_assert(sizeof(struct bd_point_texel) == 16 * BD_TEXEL_VEC4S, "std430 size");
 _Static_assert(sizeof(struct bd_point_asker) == 16 * BD_POINT_ASKER_UVEC4S, "std430 size");
-_Static_assert(sizeof(struct bd_point_light) == 16 * BD_POINT_LIGHT_VEC4S, "std430 size");
+_Static_assert(sizeof(struct bd_point_light) == 16 * BD_POINT_LIGHT_UVEC4S, "std430 size");
+_Static_assert(sizeof(struct bd_map_ray) == 16, "std430 size");
 _Static_assert(sizeof(struct bd_point_gather_args) == 32, "std140 size");
 #endif
 

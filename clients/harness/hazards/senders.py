@@ -153,7 +153,7 @@ def leak(case):
     if allowed:
         case.expect(ratio <= allowed, dark, f"at most {allowed:g} of the light in room 1",
                     f"{ratio:.3g}")
-        case.note(f"leak ratio {ratio:.2g}, through the holes between points")
+        case.note(f"leak ratio {ratio:.2g}, of points next to the wall")
         return
     case.note(f"leak ratio {ratio:.2f}, the model ignores walls")
 

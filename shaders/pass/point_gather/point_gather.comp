@@ -1,8 +1,9 @@
 // Light of points of all surfaces (server/pass/point_gather.h): whoever asks has a work group, which
-// weighs clusters, draws points of them into a map of BD_SIDE x BD_SIDE texels that it shares, and
-// sums what texels keep. Whole numbers decide who is drawn and kept: no order of threads shows.
+// weighs clusters, draws points of them into a map of BD_SIDE x BD_SIDE texels that it shares, sums
+// what texels keep, and draws rays through them. Whole numbers decide who is drawn and kept: no order of threads shows.
 #include "kernel/brdf.h"
 #include "kernel/light_spread.h"
+#include "kernel/map_rays.h"
 #include "kernel/point_draws.h"
 #include "kernel/projected_point.h"
 #include "kernel/vpl_light.h"
@@ -18,7 +19,7 @@ layout(std430, binding = BD_STORAGE_POINT_RADIANCE) readonly buffer radiance_blo
 layout(std430, binding = BD_STORAGE_POINT_TEXELS) readonly buffer texel_block { vec4 texels[]; };
 layout(std430, binding = BD_STORAGE_POINT_CLUSTERS) readonly buffer cluster_block { uvec4 clusters[]; };
 layout(std430, binding = BD_STORAGE_POINT_ASKERS) readonly buffer asker_block { uvec4 askers[]; };
-layout(std430, binding = BD_STORAGE_POINT_LIGHT) writeonly buffer light_block { vec4 light[]; };
+layout(std430, binding = BD_STORAGE_POINT_LIGHT) writeonly buffer light_block { uvec4 light[]; };
 #ifdef BD_LOBES
 layout(std430, binding = BD_STORAGE_POINT_LOBES) readonly buffer lobe_block { uint lobes[]; };
 #endif
@@ -31,7 +32,7 @@ layout(std430, binding = BD_STORAGE_POINT_LOBES) readonly buffer lobe_block { ui
 // Slots but for 0, in rows of as many as the processor's loops take at once.
 #define SLOTS ((BD_PROJECTED_MOST - 1u) / 64u * 64u)
 
-shared uint map[BD_SIDE * BD_SIDE]; // keys; then what is seen, where neighbours look
+shared uint map[BD_SIDE * BD_SIDE]; // keys; what is seen, then given, where neighbours look; rays
 shared uint of_cluster[BD_CLUSTERS_MAX]; // bits of importance, shares, then points to the cluster's end
 shared uint scanned[THREADS];
 shared uint most_important, sum_of_shares;
@@ -96,13 +97,11 @@ void weigh_clusters(asking a)
     barrier();
 }
 
-// Of each cluster the sum to its end, instead of its own; a thread has some side by side.
-void sum_clusters(uint count)
+// What threads before this one have.
+uint sum_before(uint own)
 {
-    uint thread = gl_LocalInvocationID.x, each = (count + THREADS - 1u) / THREADS;
-    uint first = min(thread * each, count), end = min(first + each, count), sum = 0u;
-    for (uint k = first; k < end; k++) sum += of_cluster[k];
-    scanned[thread] = sum;
+    uint thread = gl_LocalInvocationID.x;
+    scanned[thread] = own;
     barrier();
     for (uint reach = 1u; reach < THREADS; reach *= 2u) {
         uint before = thread >= reach ? scanned[thread - reach] : 0u;
@@ -110,7 +109,16 @@ void sum_clusters(uint count)
         scanned[thread] += before;
         barrier();
     }
-    uint passed = scanned[thread] - sum;
+    return scanned[thread] - own;
+}
+
+// Of each cluster the sum to its end, instead of its own; a thread has some side by side.
+void sum_clusters(uint count)
+{
+    uint thread = gl_LocalInvocationID.x, each = (count + THREADS - 1u) / THREADS;
+    uint first = min(thread * each, count), end = min(first + each, count), sum = 0u;
+    for (uint k = first; k < end; k++) sum += of_cluster[k];
+    uint passed = sum_before(sum);
     for (uint k = first; k < end; k++) of_cluster[k] = passed += of_cluster[k];
     barrier();
 }
@@ -257,6 +265,11 @@ vec4 sum_of_all(vec4 own)
     return sum;
 }
 
+uint first_of_light()
+{
+    return (args.first_asker + gl_WorkGroupID.x) * (BD_POINT_LIGHT_UVEC4S + BD_MAP_RAY_SLOTS(args.rays));
+}
+
 float spread_of(asking a, uint seen, vec4 way_solid_angle, float light_of)
 {
     vec3 to, normal;
@@ -289,11 +302,13 @@ vec3 sent_by_lobe(asking a, uint seen)
 }
 #endif
 
+// Leaves bits of what each gives in the map.
 void sum_texels(asking a, uint seen[TEXELS_EACH])
 {
     vec3 own = in_axes(a.normal, a.across, a.along, a.up);
     vec4 irradiance = vec4(0.0), directions = vec4(0.0), noise = vec4(0.0); // and the spread
     OWN_TEXELS(i, t) {
+        map[t] = 0u;
         if (seen[i] == SEES_NOTHING) continue;
         vec3 of = vec3(radiance[3u * seen[i]], radiance[3u * seen[i] + 1u], radiance[3u * seen[i] + 2u]);
 #ifdef BD_LOBES
@@ -302,6 +317,7 @@ void sum_texels(asking a, uint seen[TEXELS_EACH])
         vec3 weight = texels[BD_TEXEL_VEC4S * t].xyz;
         vec3 comes = of * max(dot(weight, own), 0.0);
         irradiance.rgb += comes;
+        map[t] = floatBitsToUint(all_channels(comes));
         noise.rgb += half_of_texel(t % uint(BD_SIDE), t / uint(BD_SIDE)) == 0u ? comes : -comes;
         directions.xyz += weight * all_channels(of);
         if (a.radius > 0.0) irradiance.a += spread_of(a, seen[i], texels[BD_TEXEL_VEC4S * t + 1u], all_channels(of));
@@ -309,12 +325,67 @@ void sum_texels(asking a, uint seen[TEXELS_EACH])
     irradiance = sum_of_all(irradiance);
     directions = sum_of_all(directions);
     noise = sum_of_all(noise);
-    if (gl_LocalInvocationID.x > 0u) return;
     vec3 world = a.across * directions.x + a.along * directions.y + a.up * directions.z;
-    uint at = (args.first_asker + gl_WorkGroupID.x) * BD_POINT_LIGHT_VEC4S;
-    light[at] = irradiance;
-    light[at + 1u] = vec4(irradiance_vector(irradiance.rgb, world, a.normal), 0.0);
-    light[at + 2u] = noise;
+    uint at = first_of_light();
+    if (gl_LocalInvocationID.x == 0u) {
+        light[at] = floatBitsToUint(irradiance);
+        light[at + 1u] = floatBitsToUint(vec4(irradiance_vector(irradiance.rgb, world, a.normal), 0.0));
+        light[at + 2u] = floatBitsToUint(noise);
+    }
+}
+
+// --- rays through texels ------------------------------------------------------------------------
+
+// The most that a texel or one about it gives, of numbers that are none below 0: bits are in order.
+float most_about(uint t)
+{
+    uint side = uint(BD_SIDE), u = t % side, v = t / side, most = 0u;
+    for (uint y = max(v, 1u) - 1u; y <= min(v + 1u, side - 1u); y++)
+        for (uint x = max(u, 1u) - 1u; x <= min(u + 1u, side - 1u); x++) most = max(most, map[y * side + x]);
+    return uintBitsToFloat(most);
+}
+
+// How many a texel has in the mean, in `rays`, and has, in the map.
+void draw_rays(asking a, out float rays[TEXELS_EACH])
+{
+    vec3 own = in_axes(a.normal, a.across, a.along, a.up);
+    float about[TEXELS_EACH], size[TEXELS_EACH], first = first_of_map(a.chance);
+    vec4 sums = vec4(0.0);
+    OWN_TEXELS(i, t) {
+        about[i] = most_about(t);
+        size[i] = max(dot(texels[BD_TEXEL_VEC4S * t].xyz, own), 0.0);
+        sums.xy += vec2(about[i], size[i]);
+    }
+    sums = sum_of_all(sums);
+    OWN_TEXELS(i, t) {
+        rays[i] = rays_of_texel(args.rays, size[i], sums.y, about[i], sums.x);
+        map[t] = drawn_of_texel(rays[i], t % uint(BD_SIDE), t / uint(BD_SIDE), first);
+    }
+    barrier();
+}
+
+// Of each texel the sum to its end, instead of its own; a thread has some side by side.
+void sum_drawn()
+{
+    uint first = min(gl_LocalInvocationID.x * TEXELS_EACH, TEXELS), end = min(first + TEXELS_EACH, TEXELS), sum = 0u;
+    for (uint t = first; t < end; t++) sum += map[t];
+    uint passed = sum_before(sum);
+    for (uint t = first; t < end; t++) map[t] = passed += map[t];
+    barrier();
+}
+
+void choose_rays(asking a, uint seen[TEXELS_EACH])
+{
+    float rays[TEXELS_EACH];
+    draw_rays(a, rays);
+    sum_drawn();
+    uint at = first_of_light() + BD_POINT_LIGHT_UVEC4S, slots = BD_MAP_RAY_SLOTS(args.rays);
+    OWN_TEXELS(i, t) {
+        uint first = t > 0u ? map[t - 1u] : 0u, end = min(map[t], slots);
+        for (uint k = first; k < end; k++) light[at + k] = uvec4(t, seen[i], floatBitsToUint(1.0 / rays[i]), k - first);
+    }
+    uint drawn = map[TEXELS - 1u];
+    for (uint k = drawn + gl_LocalInvocationID.x; k < slots; k += THREADS) light[at + k] = uvec4(0u);
 }
 
 void main()
@@ -332,4 +403,5 @@ void main()
     project_all(a, seen);
     for (int round = 0; round < 2; round++) fill_holes(seen);
     sum_texels(a, seen);
+    if (args.rays > 0u) choose_rays(a, seen);
 }
