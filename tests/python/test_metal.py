@@ -54,3 +54,12 @@ def test_a_wall_shows_what_another_sends(client, tmp_path, technique):
     hang(scene, BACK, .4)
     truth = tiles(scene, "reference", spp=192)
     assert off(scene, technique, truth).max() < .09  # .98 to 1.1 before walls looked at each other
+
+
+def test_a_mirror_sends_what_is_lit_before_it(client, tmp_path):
+    """A map of points shows a mirror, which sends nothing of its own: rays through it go on from there."""
+    scene = add(client, tmp_path, walls(), light=LIGHTS[0], at=(.6, .5, .1))
+    hang(scene, WALL, 0)
+    truth = tiles(scene, "reference", ASIDE, spp=192)
+    assert off(scene, "point_projection", truth, ASIDE, points=65536, map_rays=0).mean() > .1
+    assert off(scene, "point_projection", truth, ASIDE, points=65536).mean() < .025

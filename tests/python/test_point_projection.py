@@ -55,11 +55,25 @@ def test_fewer_reflections_are_darker(scene):
 
 
 def test_importance_is_nearer_to_all_points_than_chance(scene):
-    settings = {"finest": 1, "coarsest": 64, "depth_threshold": 0, "normal_threshold": 0, "indirect_bounces": 1}
+    settings = {"finest": 1, "coarsest": 64, "depth_threshold": 0, "normal_threshold": 0, "indirect_bounces": 1, "map_rays": 0}
     every = light(render(scene, projection="all", **settings))
     off = {by: numpy.sqrt(((light(render(scene, projection=by, exploit=512, clusters=128, **settings)) - every) ** 2).mean())
            for by in ("importance", "uniform")}
     assert off["importance"] < 0.7 * off["uniform"]
+
+
+def test_rays_bring_what_a_poor_map_misses(client, tmp_path):
+    scene = add(client, tmp_path, walls(), light=LIGHTS[0], at=(.6, .5, .1))
+
+    def tiles(technique, **parameters):
+        frame = scene.render(size=(32, 32), technique=technique, layers=["indirect"], fresh="all", parameters=parameters,
+                             pose=bounced.Pose((0, 0, .95), (.3, 0, -1), yfov=1.2))
+        return light(frame).mean(2).reshape(4, 8, 4, 8).mean((1, 3))
+
+    truth = tiles("reference", spp=192)
+    off = [abs(tiles("point_projection", points=4096, exploit=64, explore=1, clusters=64, microbuffer=16, map_rays=rays) / truth - 1).mean()
+           for rays in (0, 64)]
+    assert off[1] < .5 * off[0]
 
 
 def test_a_filter_takes_noise_and_leaves_the_mean(scene):
@@ -133,7 +147,7 @@ def test_a_lamp_nearer_to_a_wall_than_points_are_to_each_other(client, tmp_path,
 
 
 @pytest.mark.parametrize("parameter, value", [("points", 1), ("clusters", 2000), ("explore", 0), ("microbuffer", 33),
-                                              ("projection", "none"), ("exploit", 0)])
+                                              ("projection", "none"), ("exploit", 0), ("map_rays", 3), ("map_rays", 2048)])
 def test_what_is_out_of_range_is_refused(scene, parameter, value):
     with pytest.raises(bounced.Error) as refused:
         render(scene, **{parameter: value})
