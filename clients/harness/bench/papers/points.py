@@ -9,8 +9,9 @@ SCENES = {s.name: s for s in (scenes.CORNELL, scenes.BOX, scenes.SPONZA)}
 PIXELS = {"finest": 1, "depth_threshold": 0, "normal_threshold": 0}
 POINTS, EXPLORE, CLUSTERS, EXPLOIT = 262144, 2, 512, 2048
 PROJECTED = EXPLOIT + EXPLORE * CLUSTERS
-# What is projected is the question, not what comes to points before, nor what a filter makes of it.
-ONCE = {**FULL, **PIXELS, "indirect_bounces": 1}
+# What is projected is the question, not what comes to points before, what rays bring beside it, nor what a filter makes of it.
+MAP = {"map_rays": 0}
+ONCE = {**FULL, **PIXELS, **MAP, "indirect_bounces": 1}
 BARE = {**ONCE, "noise_filter": "off"}
 EXPLOITS = (256, 1024, EXPLOIT, 8192)
 
@@ -26,7 +27,7 @@ AS_LONG = {"vpls": 8192, "rays": 32, "far_rays": 32, "walk_vpls": 8192, "cache_c
 
 
 def groups():
-    made = [Group(f"speed, {name}", (Run("ours", scene, "point_projection", {"brdf": "lambert", **PIXELS}, SPEED_SIZE),
+    made = [Group(f"speed, {name}", (Run("ours", scene, "point_projection", {"brdf": "lambert", **PIXELS, **MAP}, SPEED_SIZE),
                                      Run("printed", scene, "point_projection", {"brdf": "lambert", **PIXELS, "paper_mode": 1}, SPEED_SIZE)))
             for name, scene in SCENES.items()]
     made += [Group(f"sampled, {name}", tuple(_sampled(scene))) for name, scene in SCENES.items()]
