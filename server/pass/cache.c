@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "kernel/all_channels.h"
 #include "lights/surface_hits.h"
 #include "pass/cosine_rays.h"
 #include "pass/gather_native.h"
@@ -15,6 +16,9 @@
 #define ROOM_BYTES ((size_t)16 << 20)
 // Of the slicer, one for each evaluation of a VPL.
 #define UNITS_PER_PLACE 40.0
+// Light goes round while that changes what cells get, together, by more than that part of it.
+#define CHANGE_LEAST 1e-4
+#define ROUNDS_MOST  64u
 
 struct cache {
     struct bd_pass_context context;
@@ -129,6 +133,49 @@ static enum bd_err look_around(struct cache *c)
 
 // --- their light --------------------------------------------------------------------------------
 
+static enum bd_err no_memory(const struct cache *c)
+{
+    return bd_err_set(c->detail, BD_ERR_NO_MEMORY, "cache_cells", "no memory for %u",
+                      c->inputs->cells);
+}
+
+// What each got, and what falls where its rays ended, which some of those got themselves.
+static void go_round(const struct bd_far_sights *sights, const f3 *got, f3 *before, f3 *now,
+                     uint32_t count)
+{
+    bool is_on = true;
+    for (uint32_t round = 0; is_on && round < ROUNDS_MOST; round++) {
+        double changed = 0, all = 0;
+        memcpy(before, now, count * sizeof *now);
+        memcpy(now, got, count * sizeof *now);
+        for (uint32_t i = 0; i < sights->count; i++) {
+            const struct bd_far_sight *sight = &sights->sights[i];
+            f3 *to = &now[sight->receiver];
+            *to = f3_add(*to, f3_mul(sight->weight, before[sight->cell]));
+        }
+        for (uint32_t i = 0; i < count; i++) {
+            changed += (double)all_channels(f3_abs(f3_sub(now[i], before[i])));
+            all += (double)all_channels(now[i]);
+        }
+        is_on = changed > CHANGE_LEAST * all;
+    }
+}
+
+static enum bd_err send_round(const struct cache *c, const struct bd_far_sights *sights,
+                              struct bd_irradiance_cells *cells)
+{
+    f3 *got = malloc((cells->count + 1) * sizeof *got);
+    f3 *before = malloc((cells->count + 1) * sizeof *before);
+    const bool all = got && before;
+    if (all) {
+        memcpy(got, cells->irradiance, cells->count * sizeof *got);
+        go_round(sights, got, before, cells->irradiance, cells->count);
+    }
+    free(got);
+    free(before);
+    return all ? bd_slicer_pause(c->context.slicer) : no_memory(c);
+}
+
 static enum bd_err light_places(struct cache *c, const struct bd_surface_point *places,
                                 struct bd_irradiance_cells *cells, struct bd_ray_counts *traced)
 {
@@ -140,19 +187,23 @@ static enum bd_err light_places(struct cache *c, const struct bd_surface_point *
         .visibility = in->far.visibility,
         .of_points = cells->irradiance,
     };
+    struct bd_far_sights sights = {.cells = cells};
+    struct bd_far_inputs far = in->far;
+    if (in->goes_round && far.points) far.sights = &sights;
     enum bd_err err = bd_gather_chosen_native_run(&c->context, &gather, traced, c->detail);
-    if (err) return err;
-    return bd_far_of_points(&c->context, &in->far, places, cells->count, cells->irradiance, traced,
-                            c->detail);
+    if (!err)
+        err = bd_far_of_points(&c->context, &far, places, cells->count, cells->irradiance, traced,
+                               c->detail);
+    if (!err && sights.count > 0) err = send_round(c, &sights, cells);
+    free(sights.sights);
+    return err;
 }
 
 static enum bd_err light_cells(struct cache *c, struct bd_irradiance_cells *cells,
                                struct bd_ray_counts *traced)
 {
     struct bd_surface_point *places = malloc((cells->count + 1) * sizeof *places);
-    if (!places)
-        return bd_err_set(c->detail, BD_ERR_NO_MEMORY, "cache_cells", "no memory for %u",
-                          cells->count);
+    if (!places) return no_memory(c);
     for (uint32_t i = 0; i < cells->count; i++) {
         places[i] = c->places[cells->chosen[i]];
         places[i].number = cells->number[i];

@@ -1,11 +1,12 @@
 // A cache of irradiance where rays of a final gather end (lights/irradiance_cells.h): light that
 // was reflected at least once before it comes there, of virtual lights and of what those leave out
-// near them.
+// near them: a few rays of each place tell that by the other cells where they end, and light goes
+// round between those until it changes no more.
 //
-// Rays go from a picture's pixels as its far ones do, as many as cells ask for: many of each pixel of
-// a small picture, of a large one two of some. Cells divide what they meet, and one of its places is
-// lit for each. A function of the scene, the view, these numbers and the seed: neither of what was
-// rendered before nor of who comes first.
+// Rays go from a picture's pixels as its far ones do, as many as cells ask for: many of each pixel
+// of a small picture, of a large one two of some. Cells divide what they meet, and one of its
+// places is lit for each. A function of the scene, the view, these numbers and the seed: neither of
+// what was rendered before nor of who comes first.
 //
 // Cost: a ray a place that is looked for, 20 to 40 us of one core a cell with 32 and 16 rays.
 //
@@ -25,6 +26,9 @@ struct bd_cache_inputs {
     const struct bd_vpl_list *list; // of all VPLs, first and walked, in order and soft
     uint32_t vpl_rays;              // of a place to those
     uint32_t cells;                 // at most
+    // Where light is reflected any number of times. Else, and where a ray ends in no cell, what
+    // virtual lights leave out near a place is told by `far.points`.
+    bool goes_round;
 };
 
 BD_MUST_CHECK

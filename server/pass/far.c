@@ -21,6 +21,7 @@
 #define CAUSTICS_SPREAD 0.03f
 // Numbers that nobody else of a frame draws by its seed.
 #define OF_ROULETTE 0x726f756cu
+#define SIGHTS_LEAST 4096u
 // Chance to ask for first light, in parts of it that are left out.
 #define ROULETTE 4.0f
 
@@ -243,13 +244,21 @@ static bool face_each_other(const struct far *f, const struct asker *asker, uint
     return is_ahead && f3_dot(at->normal, way) < 0;
 }
 
+// That is among those of the receivers, or BD_NO_CELL.
+static uint32_t cell_of(const struct far *f, uint32_t place)
+{
+    const struct bd_surface_point *at = &f->places[place];
+    if (!f->inputs->sights) return BD_NO_CELL;
+    return bd_irradiance_cells_find(f->inputs->sights->cells, at->position, at->normal);
+}
+
 static void find_points(void *user, uint32_t group)
 {
     const struct far *f = user;
     for (uint32_t i = group * BD_LANES; i < (group + 1) * BD_LANES; i++) {
         struct bd_segment *ways = f->ways + (size_t)i * BD_IRRADIANCE_POINTS_ASKED;
         memset(ways, 0, BD_IRRADIANCE_POINTS_ASKED * sizeof *ways);
-        if (i >= f->place_total) continue;
+        if (i >= f->place_total || cell_of(f, i) != BD_NO_CELL) continue;
         const struct bd_ray *ray = &f->rays.rays[f->askers[i].ray];
         struct bd_point_neighbours *near = &f->near[i];
         bd_irradiance_points_find(f->inputs->points, f->places[i].position, f->places[i].normal,
@@ -267,16 +276,47 @@ static uint32_t hidden_of(const struct far *f, uint32_t place)
     return f->hidden[bit / 32] >> bit % 32 & ((1u << BD_IRRADIANCE_POINTS_ASKED) - 1);
 }
 
+static uint32_t receiver_of(const struct far *f, uint32_t place)
+{
+    const struct asker *asker = &f->askers[place];
+    const uint32_t lane = f->rays.lanes[asker->ray] / HALVES;
+    return f->part->slice.first + asker->group * BD_LANES + lane;
+}
+
 // Where no point stands for the place, it is so near to the receiver that what comes to that will
 // do.
 static f3 light_of_points(const struct far *f, uint32_t place)
 {
-    const struct asker *asker = &f->askers[place];
-    const uint32_t receiver = asker->group * BD_LANES + f->rays.lanes[asker->ray] / HALVES;
     f3 light;
     if (bd_irradiance_points_tell(f->inputs->points, &f->near[place], hidden_of(f, place), &light))
         return light;
-    return f->of_points[f->part->slice.first + receiver];
+    return f->of_points[receiver_of(f, place)];
+}
+
+static bool add_sight(const struct far *f, uint32_t place, uint32_t cell)
+{
+    struct bd_far_sights *s = f->inputs->sights;
+    const struct asker *asker = &f->askers[place];
+    if (s->count == s->room) {
+        const uint32_t room = 2 * s->room + SIGHTS_LEAST;
+        struct bd_far_sight *sights = realloc(s->sights, room * sizeof *sights);
+        if (!sights) return false;
+        s->sights = sights;
+        s->room = room;
+    }
+    s->sights[s->count++] =
+        (struct bd_far_sight){receiver_of(f, place), cell,
+                              f3_scale(sent(f, asker->ray, BD_FROM_EVERYWHERE), asker->share)};
+    return true;
+}
+
+// Beside first light: what is told later, or by points.
+static bool add_further_light(struct far *f, uint32_t place)
+{
+    const uint32_t cell = cell_of(f, place);
+    if (cell != BD_NO_CELL) return add_sight(f, place, cell);
+    f->irradiance[place] = f3_add(f->irradiance[place], light_of_points(f, place));
+    return true;
 }
 
 _Static_assert(32 % BD_IRRADIANCE_POINTS_ASKED == 0, "those of a place are bits of one word");
@@ -299,7 +339,8 @@ static enum bd_err add_light_of_points(struct far *f)
                                 room * BD_IRRADIANCE_POINTS_ASKED, f->hidden, &f->rays.traced,
                                 f->detail);
     for (uint32_t i = 0; !err && i < f->place_total; i++)
-        f->irradiance[i] = f3_add(f->irradiance[i], light_of_points(f, i));
+        if (!add_further_light(f, i))
+            err = bd_err_set(f->detail, BD_ERR_NO_MEMORY, "cache_cells", "no memory for sights");
     free(f->near);
     free(f->ways);
     free(f->hidden);

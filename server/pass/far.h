@@ -40,6 +40,17 @@ enum bd_far_glass {
     BD_GLASS_SHOWS_SKY, // nothing but the sky
 };
 
+// Of receivers that are the places of cells: where their rays ended among those, and how much of
+// what falls there each brings. What falls there is yet to be told.
+struct bd_far_sights {
+    const struct bd_irradiance_cells *cells;
+    uint32_t count, room;
+    struct bd_far_sight {
+        uint32_t receiver, cell;
+        f3 weight;
+    } * sights;
+};
+
 struct bd_far_inputs {
     const struct bd_scene *snapshot;
     const struct bd_visibility_inputs *visibility;
@@ -49,6 +60,8 @@ struct bd_far_inputs {
     // What is brought beside first light where virtual lights leave something out, of points that
     // are the receivers; or NULL.
     const struct bd_irradiance_points *points;
+    struct bd_far_sights
+        *sights; // added to, instead of points, where a ray ends in a cell; or NULL
     const struct bd_first_light *first;
     float area;    // A, render units squared; 0: nothing was left out near virtual lights
     float clamp;   // b, per render unit squared, instead of A; 0: none

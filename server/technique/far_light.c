@@ -13,6 +13,8 @@
 // Of a cell of the cache: what many pixels share is worth many rays.
 #define CELL_VPL_RAYS 32u
 #define CELL_FAR_RAYS 16u
+// From so many on it does not show which is the last.
+#define ANY_BOUNCES 16u
 
 // Each kind of light path has one map of what lamps send through glass.
 static const struct bd_photon_map *caustics_of(const struct bd_technique_inputs *inputs)
@@ -63,6 +65,7 @@ enum bd_err bd_far_light_cache(const struct bd_pass_context *context,
         .list = paths->all,
         .vpl_rays = CELL_VPL_RAYS,
         .cells = inputs->params->cache_cells,
+        .goes_round = inputs->params->indirect_bounces >= ANY_BOUNCES,
     };
     *out = NULL;
     if (inputs->params->indirect_bounces == 1) return BD_ERR_OK;
