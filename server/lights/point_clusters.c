@@ -1,5 +1,6 @@
 #include "lights/point_clusters.h"
 
+#include <math.h>
 #include <stdlib.h>
 
 #include "kernel/projected_point.h"
@@ -416,17 +417,20 @@ struct search {
     const struct bd_point_clusters *clusters;
     f3 position, normal;
     float alike_least; // of the cosine between normals
-    float r2;          // of the nearest so far, or within which all are found
+    float reach2, nearest2; // nobody beyond; of the nearest so far, more for what is off the plane
     uint32_t found;    // it, or how many
     uint32_t *all, most; // NULL: the nearest alone
 };
 
 #define FACES_ALIKE 0.7f
+// Of a layer behind or before the place's own a point is ten times as far as in its plane: the
+// walls of cupboards are nearer to each other than points.
+#define OFF_PLANE 99.0f
 
 static void take(struct search *s, float r2, uint32_t side)
 {
     if (!s->all) {
-        s->r2 = r2;
+        s->nearest2 = r2;
         s->found = side;
     } else if (s->found < s->most) {
         s->all[s->found++] = side;
@@ -438,9 +442,11 @@ static void look_at_points(struct search *s, const struct bd_point_part *part)
     for (uint32_t i = part->first; i < part->first + part->count; i++) {
         const struct bd_projected_point *point = &s->clusters->points[i];
         const f3 way = f3_sub(f3_of(point->x, point->y, point->z), s->position);
-        const float r2 = f3_dot(way, way), alike = f3_dot(normal_of_bits(point->normal), s->normal);
-        if (r2 >= s->r2 || f_abs(alike) < s->alike_least) continue;
-        take(s, r2, 2 * i + (alike < 0));
+        const float off = f3_dot(way, s->normal), r2 = f3_dot(way, way);
+        const float more2 = r2 + OFF_PLANE * off * off;
+        if (r2 >= s->reach2 || more2 >= s->nearest2) continue;
+        const float alike = f3_dot(normal_of_bits(point->normal), s->normal);
+        if (f_abs(alike) >= s->alike_least) take(s, more2, 2 * i + (alike < 0));
     }
 }
 
@@ -459,8 +465,10 @@ static void look_in(struct search *s, const struct bd_point_part *part)
     const struct bd_point_part *first = part + 1, *second = &s->clusters->parts[part->second];
     const float to_first = distance2_to(s, first), to_second = distance2_to(s, second);
     const bool is_second_nearer = to_second < to_first;
-    if (f_min(to_first, to_second) < s->r2) look_in(s, is_second_nearer ? second : first);
-    if (f_max(to_first, to_second) < s->r2) look_in(s, is_second_nearer ? first : second);
+    if (f_min(to_first, to_second) < f_min(s->nearest2, s->reach2))
+        look_in(s, is_second_nearer ? second : first);
+    if (f_max(to_first, to_second) < f_min(s->nearest2, s->reach2))
+        look_in(s, is_second_nearer ? first : second);
 }
 
 uint32_t bd_point_clusters_near(const struct bd_point_clusters *clusters, f3 position, f3 normal,
@@ -470,7 +478,8 @@ uint32_t bd_point_clusters_near(const struct bd_point_clusters *clusters, f3 pos
                             .position = position,
                             .normal = normal,
                             .alike_least = FACES_ALIKE * f3_dot(normal, normal),
-                            .r2 = reach * reach,
+                            .reach2 = reach * reach,
+                            .nearest2 = INFINITY,
                             .found = BD_NO_POINT_NEAR};
     if (clusters->count > 0) look_in(&search, &clusters->parts[0]);
     return search.found;
@@ -483,7 +492,8 @@ uint32_t bd_point_clusters_within(const struct bd_point_clusters *clusters, f3 p
                             .position = position,
                             .normal = normal,
                             .alike_least = FACES_ALIKE * f3_dot(normal, normal),
-                            .r2 = reach * reach,
+                            .reach2 = reach * reach,
+                            .nearest2 = INFINITY,
                             .all = sides,
                             .most = most};
     if (clusters->count > 0) look_in(&search, &clusters->parts[0]);

@@ -73,8 +73,8 @@ void bd_point_clusters_cut(const struct bd_point_clusters *clusters, uint32_t mo
                            const struct bd_point_view *view, struct bd_point_cut *cut);
 
 // The nearest point to a place that faces as it does, on its front or back: twice its place in the
-// order, and 1 for the back; or BD_NO_POINT_NEAR where none lies within `reach`. `normal`: unit, or
-// 0 of a place that faces all ways.
+// order, and 1 for the back; or BD_NO_POINT_NEAR where none lies within `reach`. What lies off the
+// place's plane is ten times as far. `normal`: unit, or 0 of a place that faces all ways.
 #define BD_NO_POINT_NEAR UINT32_MAX
 uint32_t bd_point_clusters_near(const struct bd_point_clusters *clusters, f3 position, f3 normal,
                                 float reach);
