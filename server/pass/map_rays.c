@@ -137,12 +137,6 @@ static void list_rays(struct bd_map_rays *r)
     r->first_ray[r->part->group_count] = r->count;
 }
 
-static f3 in_world(const struct bd_native_place *place, f3 way)
-{
-    return f3_add(f3_scale(place->across, way.x),
-                  f3_add(f3_scale(place->along, way.y), f3_scale(place->normal, way.z)));
-}
-
 // Of the texel's by chance: in the map's axes, to the octahedron (kernel/hemi_octahedral.h).
 static f3 way_of(const struct bd_map_rays *r, const struct bd_map_ray *chosen, uint32_t chance)
 {
@@ -179,7 +173,7 @@ static void aim_ray(const struct bd_map_rays *r, uint32_t i)
     const struct bd_map_ray *chosen = &r->chosen[r->which[i]];
     r->numbers[i] = bd_stirred(bd_stirred(place.chance + chosen->texel) + chosen->of_texel);
     const f3 way = way_of(r, chosen, place.chance);
-    const f3 d = in_world(&place, f3_unit(way));
+    const f3 d = from_axes(f3_unit(way), place.across, place.along, place.normal);
     r->weights[i] = f3_scale(d, solid_angle_at(r, way) * chosen->counts);
     r->rays[i] = (struct bd_ray){.origin = {from.x, from.y, from.z},
                                  .from_triangle = starts->triangle[of.lane],

@@ -78,12 +78,6 @@ static f3 light_of_texel(const struct gathering *g, uint32_t seen, f3 receiver)
                  round_channel(light.z, g->white));
 }
 
-static f3 in_world(const struct bd_native_place *place, f3 way)
-{
-    return f3_add(f3_scale(place->across, way.x),
-                  f3_add(f3_scale(place->along, way.y), f3_scale(place->normal, way.z)));
-}
-
 struct texel_sums {
     f3 irradiance, directions, noise;
 };
@@ -111,7 +105,7 @@ static struct texel_sums sum_texels(const struct gathering *g, const struct bd_n
     const f3 irradiance = f3_add(halves[0], halves[1]);
     return (struct texel_sums){
         .irradiance = irradiance,
-        .directions = in_world(place, directions),
+        .directions = from_axes(directions, place->across, place->along, place->normal),
         .noise = f3_sub(halves[0], halves[1]),
     };
 }

@@ -12,6 +12,12 @@ KERNEL f3 in_axes(f3 a, f3 u, f3 v, f3 normal)
     return f3_of(f3_dot(a, u), f3_dot(a, v), f3_dot(a, normal));
 }
 
+// The other way round.
+KERNEL f3 from_axes(f3 a, f3 u, f3 v, f3 normal)
+{
+    return f3_add(f3_scale(u, a.x), f3_add(f3_scale(v, a.y), f3_scale(normal, a.z)));
+}
+
 // Place of a way that goes up, and how long it would be if it ended on the octahedron.
 KERNEL f3 place_of_way(f3 way)
 {

@@ -325,7 +325,7 @@ void sum_texels(asking a, uint seen[TEXELS_EACH])
     irradiance = sum_of_all(irradiance);
     directions = sum_of_all(directions);
     noise = sum_of_all(noise);
-    vec3 world = a.across * directions.x + a.along * directions.y + a.up * directions.z;
+    vec3 world = from_axes(directions.xyz, a.across, a.along, a.up);
     uint at = first_of_light();
     if (gl_LocalInvocationID.x == 0u) {
         light[at] = floatBitsToUint(irradiance);
