@@ -1,6 +1,7 @@
-// Sides of points that send light by a lobe, metal above all: straight light that comes to each, of
-// four directions at most, goes on to whoever looks by the whole BRDF. Evenly sent, as by others, a
-// wall of brushed metal would light all of a room and not what it reflects to.
+// Sides of points that send light by a lobe, all but of what returns next to nothing: straight
+// light that comes to each, of four directions at most, goes on to whoever looks by the whole BRDF.
+// Evenly sent, as by others, a wall of brushed metal would light all of a room and not what it
+// reflects to, and plastic under grazing light what it turns away from.
 //
 // A side's lobe is no narrower than patch_roughness; what is a mirror or glass in part sends by the
 // rest of it (lights/interface.h). What comes from further directions, and what other surfaces

@@ -42,13 +42,15 @@ static struct bd_surface_point place_on(const struct sides *s, uint32_t triangle
     };
 }
 
-static void make(struct sides *s)
+// A floor of metal, of two sides, and one of plastic.
+static void make_beside(struct sides *s, float roughness)
 {
     const uint32_t numbers[3] = {0, 1, 2};
     struct bd_err_detail detail;
     s->stage = stage_create();
     const int32_t metal = stage_material(s->stage, 1), wall = stage_material(s->stage, .8f);
     set_metal(s->stage, metal, .4f);
+    stage_material_at(s->stage, wall)->roughness = roughness;
     stage_floor(s->stage, metal, 1, 0, 1);
     stage_floor(s->stage, wall, 1, 2, -1);
     stage_finish(s->stage, 1);
@@ -58,6 +60,11 @@ static void make(struct sides *s)
     s->places[2] = place_on(s, 2, 1);
     assert_int_equal(
         bd_point_lobes_init(&s->lobes, &s->hits, s->places, numbers, 3, 3, &detail), BD_ERR_OK);
+}
+
+static void make(struct sides *s)
+{
+    make_beside(s, 1);
 }
 
 static void finish(struct sides *s)
@@ -88,6 +95,17 @@ static void those_that_shine_have_lobes(void **state)
     assert_int_not_equal(s.lobes.of_side[0], BD_NO_LOBE);
     assert_int_not_equal(s.lobes.of_side[1], BD_NO_LOBE);
     assert_int_equal(s.lobes.of_side[2], BD_NO_LOBE);
+    finish(&s);
+}
+
+// Under grazing light most of what plastic sends goes on from there.
+static void smooth_plastic_has_one_too(void **state)
+{
+    (void)state;
+    struct sides s;
+    make_beside(&s, .5f);
+    assert_int_equal(s.lobes.count, 3);
+    assert_int_not_equal(s.lobes.of_side[2], BD_NO_LOBE);
     finish(&s);
 }
 
@@ -137,6 +155,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(those_that_shine_have_lobes),
+        cmocka_unit_test(smooth_plastic_has_one_too),
         cmocka_unit_test(the_strongest_four_are_kept),
         cmocka_unit_test(they_send_by_the_whole_brdf),
     };
