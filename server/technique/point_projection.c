@@ -87,7 +87,7 @@ static const struct bd_param_default defaults[] = {
 static const char *const ladder[] = {
     "points=65536 exploit=512 explore=1 microbuffer=16 map_rays=16 far_rays=2 depth_threshold=0.02 "
     "normal_threshold=0.5 light_threshold=1 finest=4 light_rays=16",
-    "points=262144 exploit=1024 explore=2 microbuffer=16 map_rays=64 far_rays=4 "
+    "points=262144 exploit=2048 explore=2 microbuffer=32 map_rays=64 far_rays=4 "
     "depth_threshold=0.01 normal_threshold=0.25 light_threshold=0.2 finest=2 light_rays=16",
     "points=262144 exploit=3072 explore=2 microbuffer=32 map_rays=64 far_rays=8 "
     "depth_threshold=0.005 normal_threshold=0.1 light_threshold=0.1 finest=1 light_rays=32",
