@@ -471,31 +471,27 @@ static void look_in(struct search *s, const struct bd_point_part *part)
         look_in(s, is_second_nearer ? first : second);
 }
 
+static uint32_t find(struct search *s, f3 position, f3 normal, float reach)
+{
+    s->position = position;
+    s->normal = normal;
+    s->alike_least = FACES_ALIKE * f3_dot(normal, normal);
+    s->reach2 = reach * reach;
+    s->nearest2 = INFINITY;
+    if (s->clusters->count > 0) look_in(s, &s->clusters->parts[0]);
+    return s->found;
+}
+
 uint32_t bd_point_clusters_near(const struct bd_point_clusters *clusters, f3 position, f3 normal,
                                 float reach)
 {
-    struct search search = {.clusters = clusters,
-                            .position = position,
-                            .normal = normal,
-                            .alike_least = FACES_ALIKE * f3_dot(normal, normal),
-                            .reach2 = reach * reach,
-                            .nearest2 = INFINITY,
-                            .found = BD_NO_POINT_NEAR};
-    if (clusters->count > 0) look_in(&search, &clusters->parts[0]);
-    return search.found;
+    struct search search = {.clusters = clusters, .found = BD_NO_POINT_NEAR};
+    return find(&search, position, normal, reach);
 }
 
 uint32_t bd_point_clusters_within(const struct bd_point_clusters *clusters, f3 position, f3 normal,
                                   float reach, uint32_t *sides, uint32_t most)
 {
-    struct search search = {.clusters = clusters,
-                            .position = position,
-                            .normal = normal,
-                            .alike_least = FACES_ALIKE * f3_dot(normal, normal),
-                            .reach2 = reach * reach,
-                            .nearest2 = INFINITY,
-                            .all = sides,
-                            .most = most};
-    if (clusters->count > 0) look_in(&search, &clusters->parts[0]);
-    return search.found;
+    struct search search = {.clusters = clusters, .all = sides, .most = most};
+    return find(&search, position, normal, reach);
 }

@@ -248,6 +248,35 @@ static void the_nearest_in_its_plane_faces_alike(void **state)
     bd_point_clusters_finish(&clusters);
 }
 
+static void all_within_reach_are_found(void **state)
+{
+    (void)state;
+    static uint32_t sides[COUNT];
+    struct bd_point_clusters clusters;
+    uint32_t all = 0;
+    make(&clusters, COUNT);
+    for (uint32_t i = 0; i < 60; i++) {
+        const f3 at =
+            f3_of(2 * chance(5 * i + 1) - 1, 2 * chance(5 * i + 2) - 1, 2 * chance(5 * i + 3) - 1);
+        const f3 normal = f3_of(0, i % 2, 1 - i % 2);
+        const float reach = .3f;
+        uint32_t expected = 0;
+        for (uint32_t k = 0; k < clusters.count; k++) {
+            const float alike = f3_dot(normal_of_bits(clusters.points[k].normal), normal);
+            expected += f_abs(alike) >= 0.7f && distance_to(&clusters, k, at) < reach;
+        }
+        const uint32_t got = bd_point_clusters_within(&clusters, at, normal, reach, sides, COUNT);
+        assert_int_equal(got, expected);
+        for (uint32_t k = 0; k < got; k++)
+            assert_true(distance_to(&clusters, sides[k] / 2, at) < reach);
+        const uint32_t few = bd_point_clusters_within(&clusters, at, normal, reach, sides, 3);
+        assert_int_equal(few, expected < 3 ? expected : 3);
+        all += got;
+    }
+    assert_true(all > 600);
+    bd_point_clusters_finish(&clusters);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -257,6 +286,7 @@ int main(void)
         cmocka_unit_test(what_moves_changes_no_clusters_elsewhere),
         cmocka_unit_test(steps_spread_and_come_to_all),
         cmocka_unit_test(the_nearest_in_its_plane_faces_alike),
+        cmocka_unit_test(all_within_reach_are_found),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
