@@ -9,7 +9,7 @@
 #include "lights/surface.h"
 
 // What a lobe returns of light from everywhere, white, for which it is worth its price: that of
-// plastic returns .03 to .08. It is where it is not seen from: sent evenly it was 8 % of Sibenik's.
+// plastic returns .03 to .08. Sent evenly, that was 8 % of Sibenik's first reflection too much.
 #define LOBE_LEAST 0.02f
 
 static f3 loaded(const float v[3])

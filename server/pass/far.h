@@ -42,13 +42,14 @@ enum bd_far_glass {
 
 // Of receivers that are the places of cells: where their rays ended among those, and how much of
 // what falls there each brings. What falls there is yet to be told.
+struct bd_far_sight {
+    uint32_t receiver, cell;
+    f3 weight;
+};
 struct bd_far_sights {
     const struct bd_irradiance_cells *cells;
     uint32_t count, room;
-    struct bd_far_sight {
-        uint32_t receiver, cell;
-        f3 weight;
-    } * sights;
+    struct bd_far_sight *sights;
 };
 
 struct bd_far_inputs {
@@ -60,8 +61,8 @@ struct bd_far_inputs {
     // What is brought beside first light where virtual lights leave something out, of points that
     // are the receivers; or NULL.
     const struct bd_irradiance_points *points;
-    struct bd_far_sights
-        *sights; // added to, instead of points, where a ray ends in a cell; or NULL
+    // Added to, instead of what points tell, where a ray ends in a cell; or NULL.
+    struct bd_far_sights *sights;
     const struct bd_first_light *first;
     float area;    // A, render units squared; 0: nothing was left out near virtual lights
     float clamp;   // b, per render unit squared, instead of A; 0: none

@@ -109,8 +109,8 @@ static bool meets_glass(const struct landing *l, uint32_t first_ray)
     return false;
 }
 
-// To all points about as much, and not to the nearest: of those the ones that stand for more than
-// their share would get more, and rays that end there would bring that twice.
+// All points about get as much. If the nearest got it, points with much of a surface to themselves
+// would get more, and rays that end on that would bring it once more as often.
 static void land(struct landing *l, uint32_t ray, f3 flux)
 {
     const struct bd_point_clusters *points = l->inputs->points;
