@@ -3,6 +3,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "base/assert.h"
 #include "kernel/projected_point.h"
 #include "lights/sequence.h"
 
@@ -417,9 +418,11 @@ struct search {
     const struct bd_point_clusters *clusters;
     f3 position, normal;
     float alike_least; // of the cosine between normals
-    float reach2, nearest2; // nobody beyond; of the nearest so far, more for what is off the plane
-    uint32_t found;    // it, or how many
-    uint32_t *all, most; // NULL: the nearest alone
+    float reach2,
+        nearest2; // nobody beyond; of the last that is kept, more for what is off the plane
+    const uint32_t *among; // NULL: all
+    uint32_t found, *sides, most;
+    float *distances2; // of those, in order; NULL: all are kept as they come
 };
 
 #define FACES_ALIKE 0.7f
@@ -427,14 +430,25 @@ struct search {
 // walls of cupboards are nearer to each other than points.
 #define OFF_PLANE 99.0f
 
+// Before those that are farther, of which the last may be too many.
+static void keep_in_order(struct search *s, float r2, uint32_t side)
+{
+    uint32_t at = s->found < s->most ? s->found++ : s->most - 1;
+    for (; at > 0 && s->distances2[at - 1] > r2; at--) {
+        s->distances2[at] = s->distances2[at - 1];
+        s->sides[at] = s->sides[at - 1];
+    }
+    s->distances2[at] = r2;
+    s->sides[at] = side;
+    if (s->found == s->most) s->nearest2 = s->distances2[s->most - 1];
+}
+
 static void take(struct search *s, float r2, uint32_t side)
 {
-    if (!s->all) {
-        s->nearest2 = r2;
-        s->found = side;
-    } else if (s->found < s->most) {
-        s->all[s->found++] = side;
-    }
+    if (s->distances2)
+        keep_in_order(s, r2, side);
+    else if (s->found < s->most)
+        s->sides[s->found++] = side;
 }
 
 static void look_at_points(struct search *s, const struct bd_point_part *part)
@@ -482,16 +496,27 @@ static uint32_t find(struct search *s, f3 position, f3 normal, float reach)
     return s->found;
 }
 
+uint32_t bd_point_clusters_nearest(const struct bd_point_clusters *clusters, f3 position, f3 normal,
+                                   float reach, uint32_t *sides, uint32_t most)
+{
+    float distances2[BD_NEAREST_MOST];
+    struct search search = {
+        .clusters = clusters, .sides = sides, .most = most, .distances2 = distances2};
+    BD_ASSERT_CMP(most, <=, BD_NEAREST_MOST);
+    return find(&search, position, normal, reach);
+}
+
 uint32_t bd_point_clusters_near(const struct bd_point_clusters *clusters, f3 position, f3 normal,
                                 float reach)
 {
-    struct search search = {.clusters = clusters, .found = BD_NO_POINT_NEAR};
-    return find(&search, position, normal, reach);
+    uint32_t side;
+    const uint32_t found = bd_point_clusters_nearest(clusters, position, normal, reach, &side, 1);
+    return found > 0 ? side : BD_NO_POINT_NEAR;
 }
 
 uint32_t bd_point_clusters_within(const struct bd_point_clusters *clusters, f3 position, f3 normal,
                                   float reach, uint32_t *sides, uint32_t most)
 {
-    struct search search = {.clusters = clusters, .all = sides, .most = most};
+    struct search search = {.clusters = clusters, .sides = sides, .most = most};
     return find(&search, position, normal, reach);
 }

@@ -79,6 +79,11 @@ void bd_point_clusters_cut(const struct bd_point_clusters *clusters, uint32_t mo
 uint32_t bd_point_clusters_near(const struct bd_point_clusters *clusters, f3 position, f3 normal,
                                 float reach);
 
+// The same, the `most` nearest, 1 to BD_NEAREST_MOST, in order; how many.
+#define BD_NEAREST_MOST 8u
+uint32_t bd_point_clusters_nearest(const struct bd_point_clusters *clusters, f3 position, f3 normal,
+                                   float reach, uint32_t *sides, uint32_t most);
+
 // All that face so and lie within `reach`, the first `most` of them if there are more; how many.
 uint32_t bd_point_clusters_within(const struct bd_point_clusters *clusters, f3 position, f3 normal,
                                   float reach, uint32_t *sides, uint32_t most);

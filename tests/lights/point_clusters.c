@@ -248,6 +248,45 @@ static void the_nearest_in_its_plane_faces_alike(void **state)
     bd_point_clusters_finish(&clusters);
 }
 
+static float more2_of(const struct bd_point_clusters *clusters, uint32_t side, f3 at, f3 normal)
+{
+    const struct bd_projected_point *point = &clusters->points[side / 2];
+    const float distance = distance_to(clusters, side / 2, at);
+    const float off = f3_dot(f3_sub(f3_of(point->x, point->y, point->z), at), normal);
+    return distance * distance + 99 * off * off;
+}
+
+static void the_nearest_come_in_order(void **state)
+{
+    (void)state;
+    static uint32_t all[COUNT];
+    struct bd_point_clusters clusters;
+    uint32_t full = 0;
+    make(&clusters, COUNT);
+    for (uint32_t i = 0; i < 200; i++) {
+        const f3 at =
+            f3_of(2 * chance(5 * i + 1) - 1, 2 * chance(5 * i + 2) - 1, 2 * chance(5 * i + 3) - 1);
+        const f3 normal = f3_of(0, i % 2, 1 - i % 2);
+        const float reach = i % 3 ? .3f : .05f;
+        uint32_t sides[BD_NEAREST_MOST], nearer = 0;
+        const uint32_t got =
+            bd_point_clusters_nearest(&clusters, at, normal, reach, sides, BD_NEAREST_MOST);
+        const uint32_t within = bd_point_clusters_within(&clusters, at, normal, reach, all, COUNT);
+        assert_int_equal(got, within < BD_NEAREST_MOST ? within : BD_NEAREST_MOST);
+        if (got == 0) continue;
+        const float last2 = more2_of(&clusters, sides[got - 1], at, normal);
+        for (uint32_t k = 1; k < got; k++)
+            assert_true(more2_of(&clusters, sides[k - 1], at, normal) <=
+                        more2_of(&clusters, sides[k], at, normal));
+        for (uint32_t k = 0; k < within; k++)
+            nearer += more2_of(&clusters, all[k], at, normal) < last2;
+        assert_int_equal(nearer, got - 1);
+        full += got == BD_NEAREST_MOST;
+    }
+    assert_in_range(full, 100, 199);
+    bd_point_clusters_finish(&clusters);
+}
+
 static void all_within_reach_are_found(void **state)
 {
     (void)state;
@@ -286,6 +325,7 @@ int main(void)
         cmocka_unit_test(what_moves_changes_no_clusters_elsewhere),
         cmocka_unit_test(steps_spread_and_come_to_all),
         cmocka_unit_test(the_nearest_in_its_plane_faces_alike),
+        cmocka_unit_test(the_nearest_come_in_order),
         cmocka_unit_test(all_within_reach_are_found),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
