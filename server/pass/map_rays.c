@@ -13,7 +13,6 @@
 #include "pass/f3_arrays.h"
 #include "pass/kernels.h"
 #include "pass/nearest.h"
-#include "pass/point_ends.h"
 
 // Of rays and what they meet at once.
 #define ROOM_BYTES ((size_t)16 << 20)
@@ -42,6 +41,9 @@ enum bd_err bd_map_rays_begin(struct bd_map_rays *r, const struct bd_receiver_pa
     if (!r->part) {
         bd_surface_hits_init(&r->surfaces, r->inputs->snapshot);
         r->surfaces.roughest = BD_MIRROR_ROUGHNESS;
+        r->beside.points = &r->inputs->points->clusters;
+        r->beside.visibility = r->inputs->visibility;
+        r->beside.surfaces = &r->surfaces;
         r->chosen = malloc(most * sizeof *r->chosen);
         r->which = malloc(most * sizeof *r->which);
         r->first_ray = malloc((part->group_count + 1) * sizeof *r->first_ray);
@@ -64,6 +66,7 @@ void bd_map_rays_finish(struct bd_map_rays *r)
     void *rooms[] = {r->chosen, r->which,   r->first_ray, r->rays,
                      r->hits,   r->numbers, r->weights,   r->ways};
     if (r->part) bd_surface_hits_finish(&r->surfaces);
+    bd_points_beside_finish(&r->beside);
     for (size_t i = 0; i < sizeof rooms / sizeof *rooms; i++) free(rooms[i]);
 }
 
@@ -205,9 +208,8 @@ static f3 brought(const struct bd_map_rays *r, uint32_t i)
 {
     const struct bd_lit_points *points = r->inputs->points;
     const float *d = r->rays[i].direction;
-    const uint32_t near =
-        bd_point_at_end(&r->surfaces, &points->clusters, &r->rays[i], &r->hits[i]);
-    if (near == BD_NO_POINT_NEAR) return f3_of(0, 0, 0);
+    const uint32_t near = r->beside.near[i];
+    if (near >= BD_POINTS_HIDDEN) return f3_of(0, 0, 0);
     const f3 sent = bd_lit_points_send(points, near, f3_of(-d[0], -d[1], -d[2]));
     return r->ways ? f3_mul(sent, r->ways[i].weight) : sent;
 }
@@ -226,14 +228,28 @@ struct told {
     double products, squares; // of what rays bring and what is shown; of that
 };
 
+// Rays of which nobody knows what they bring count as the others do.
+static float more_of_known(const struct bd_map_rays *r, f3 normal, uint32_t first, uint32_t end)
+{
+    float all = 0, known = 0;
+    for (uint32_t i = first; i < end; i++) {
+        const float size = f_max(f3_dot(r->weights[i], normal), 0);
+        all += size;
+        if (r->beside.near[i] != BD_POINTS_HIDDEN) known += size;
+    }
+    return known > 0 ? all / known : 0;
+}
+
 static struct told tell(const struct bd_map_rays *r, f3 position, f3 normal, uint32_t first,
                         uint32_t end)
 {
     struct told told = {0};
+    const float more = more_of_known(r, normal, first, end);
     for (uint32_t i = first; i < end; i++) {
+        if (r->beside.near[i] == BD_POINTS_HIDDEN) continue;
         const struct bd_map_ray *chosen = &r->chosen[r->which[i]];
         const uint32_t half = r->which[i] % 2;
-        const f3 weight = r->weights[i];
+        const f3 weight = f3_scale(r->weights[i], more);
         const f3 brings = brought(r, i), shows = shown(r, chosen, position);
         const float size = f_max(f3_dot(weight, normal), 0);
         told.brought[half] = f3_add(told.brought[half], f3_scale(brings, size));
@@ -305,6 +321,9 @@ enum bd_err bd_map_rays_run(const struct bd_pass_context *context, struct bd_map
     bd_slicer_work(context->slicer, "aim map rays");
     enum bd_err err = bd_receivers_each(context, groups, UNITS_PER_RAY * rays, aim_group, r);
     if (!err) err = trace(context, r, detail);
+    if (!err)
+        err = bd_points_beside_find(context, &r->beside, r->rays, r->hits, r->count, &r->traced,
+                                    detail);
     bd_slicer_work(context->slicer, "map rays bring");
     if (!err) err = bd_receivers_each(context, groups, UNITS_PER_END * rays, correct_group, r);
     return err;

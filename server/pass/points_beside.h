@@ -1,0 +1,57 @@
+// The points that stand for where rays end: of each the nearest that its end sees, straight, or
+// over the surface that both lie on where that bends away; or if it sees none, that where the ray
+// starts sees. So light on one side of a thin wall is never taken for the other side's.
+//
+// Private to pass/. Cost: a search and a short segment a ray, of bent surfaces two; of rays whose
+// nearest point is hidden another search, and a segment for each that is, fifteen at most.
+//
+// Thread: render thread, and the pool's.
+
+#ifndef BD_PASS_POINTS_BESIDE_H
+#define BD_PASS_POINTS_BESIDE_H
+
+#include "lights/point_clusters.h"
+#include "lights/surface_hits.h"
+#include "pass/visibility.h"
+
+// On a surface, render space; `normal` is unit.
+struct bd_beside_place {
+    f3 position, normal;
+};
+
+// Two segments that are free where places see each other so. Where neither lies under the other's
+// plane one does, and the other has no length.
+void bd_way_beside(struct bd_segment way[2], const struct bd_beside_place *a,
+                   const struct bd_beside_place *b);
+
+// All zeroes but for what is set at first. Its room grows as it is asked for.
+struct bd_points_beside {
+    const struct bd_point_clusters *points;
+    const struct bd_visibility_inputs *visibility;
+    const struct bd_surface_hits *surfaces;
+    // Of each ray as bd_point_clusters_near; or that there are some, all hidden: others tell more
+    // of what it brings than nothing does.
+    uint32_t *near;
+#define BD_POINTS_HIDDEN (BD_NO_POINT_NEAR - 1)
+    // Its own.
+    const struct bd_ray *rays;
+    const struct bd_ray_hit *hits;
+    struct bd_beside_place *ends;
+    uint32_t *asking; // rays that look for a point
+    uint32_t count, room, looks;
+    uint8_t *found;              // points for each ray
+    uint32_t *sides;             // those: BD_NEAREST_MOST of each
+    struct bd_segment *segments; // two for each
+    uint32_t *hidden;
+};
+
+// On the side that a ray comes to; there is no point where it meets nothing that sends light on.
+// BD_ERR_NO_MEMORY.
+BD_MUST_CHECK
+enum bd_err bd_points_beside_find(const struct bd_pass_context *context,
+                                  struct bd_points_beside *beside, const struct bd_ray *rays,
+                                  const struct bd_ray_hit *hits, uint32_t count,
+                                  struct bd_ray_counts *traced, struct bd_err_detail *detail);
+void bd_points_beside_finish(struct bd_points_beside *beside);
+
+#endif
