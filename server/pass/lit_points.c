@@ -269,7 +269,7 @@ static enum bd_err light_again(struct lighting *l)
     const struct bd_lit_points_inputs *in = l->inputs;
     const struct bd_point_cells_inputs cells = {
         .space = in->space,
-        .snapshot = in->snapshot,
+        .surfaces = &l->hits,
         .visibility = &in->visibility,
         .sides = &l->sides,
         .points = &l->out->clusters,
@@ -323,6 +323,7 @@ enum bd_err bd_lit_points_run(const struct bd_pass_context *context,
     BD_ASSERT(l.out);
     l.context.processor = &l.processor;
     bd_surface_hits_init(&l.hits, inputs->snapshot);
+    l.hits.roughest = BD_MIRROR_ROUGHNESS;
     const enum bd_err err = run(&l);
     bd_surface_hits_finish(&l.hits);
     bd_surface_points_finish(&l.points);

@@ -2,12 +2,12 @@
 // A4), in clusters, to be projected (pass/project_points.h).
 //
 // First light of all kinds is asked for by rays at every point, of double-sided surfaces at both of
-// its sides. What is reflected more often goes round between cells of points (pass/point_cells.h).
+// its sides. What is reflected more often goes round between points (pass/point_cells.h).
 //
 // A function of the snapshot, its lights and these numbers, and not of a camera. In passes
 // "points" and "point_clusters".
 //
-// Cost: 4 to 6 us a point and core with 8,192 cells (Cornell box, Sponza).
+// Cost: 4 to 9 us a point and core (Cornell box, Sponza).
 //
 // Thread: render thread, and the pool's.
 

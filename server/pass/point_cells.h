@@ -1,13 +1,11 @@
-// Light that goes round between points of surfaces, in cells (lights/irradiance_cells.h) of places
-// that a walk from lit points comes to: what nobody sees has none, or the insides of cupboards would
-// be half of a kitchen's mean. One place of each looks about, once, and light is sent along what it
-// saw until it changes no more.
+// Light that goes round between points of surfaces. Each side looks about by four rays, once, and
+// light is sent along what it saw until it changes no more. Sides of a small cell that see each
+// other (pass/cells_of_sides.h) share what they get, so that little of it is noise; others keep
+// their own, and nothing goes through a wall.
 //
-// It looks by rays, that bring what the points next to their ends send; or as receivers do, by
-// points in a map of what is seen, as Maletz, Wang and Bowers have it. Rays are the default: each
-// reflection would lose what leaks between points.
+// As printed, places of cells look, each by points in a map of what it sees, and tell the cell.
 //
-// Private to pass/. Cost: 64 rays and as many searches a cell, and so many looks a round.
+// Private to pass/. Cost: four rays and as many searches a side, and four looks a round.
 //
 // Thread: render thread, and the pool's.
 
@@ -30,7 +28,7 @@ struct bd_point_sides {
 
 struct bd_point_cells_inputs {
     const struct bd_render_space *space;
-    const struct bd_scene *snapshot;
+    const struct bd_surface_hits *surfaces; // by which rays go on
     const struct bd_visibility_inputs *visibility;
     const struct bd_point_sides *sides;
     const struct bd_point_clusters *points; // whose radiance it is
