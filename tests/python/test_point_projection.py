@@ -146,6 +146,22 @@ def test_a_lamp_nearer_to_a_wall_than_points_are_to_each_other(client, tmp_path,
     assert mean("point_projection", points=16384) == pytest.approx(mean("reference", spp=512), rel=.08)
 
 
+@pytest.mark.parametrize("at", [(-.5, .4, .1), (-.01, -.99, .1)], ids=["amid", "in the corner"])
+def test_nothing_passes_a_wall_without_thickness(client, tmp_path, at):
+    """Points of the floor beside it stand for no place on its other side, nor a lamp's light for them."""
+    sheet = (numpy.float32([(0, y, z) for y, z in ((-1, -1), (-1, 1), (1, 1), (1, -1))]), numpy.float32([(1, 0, 0)] * 4),
+             numpy.uint32([(0, 1, 2), (0, 2, 3)]))
+    scene = add(client, tmp_path, [*walls(), (sheet, walls()[0][1])], light=LIGHTS[0], at=at)
+
+    def most(x):
+        frame = scene.render(size=(48, 48), technique="point_projection", layers=["indirect"], fresh="all", parameters={"points": 4096},
+                             pose=bounced.Pose((x, 0, .95), (-x, 0, -1), yfov=1.4))
+        return light(frame).max()
+
+    assert most(-.5) > 0
+    assert most(.5) == 0
+
+
 @pytest.mark.parametrize("parameter, value", [("points", 1), ("clusters", 2000), ("explore", 0), ("microbuffer", 33),
                                               ("projection", "none"), ("exploit", 0), ("map_rays", 3), ("map_rays", 2048)])
 def test_what_is_out_of_range_is_refused(scene, parameter, value):
