@@ -418,9 +418,8 @@ struct search {
     const struct bd_point_clusters *clusters;
     f3 position, normal;
     float alike_least; // of the cosine between normals
-    float reach2,
-        nearest2; // nobody beyond; of the last that is kept, more for what is off the plane
-    const uint32_t *among; // NULL: all
+    float reach2;      // nobody beyond
+    float nearest2;    // of the last that is kept, more for what is off the plane
     uint32_t found, *sides, most;
     float *distances2; // of those, in order; NULL: all are kept as they come
 };
