@@ -228,7 +228,7 @@ struct told {
     double products, squares; // of what rays bring and what is shown; of that
 };
 
-// Rays of which nobody knows what they bring count as the others do.
+// Rays whose points are all hidden count as the others do.
 static float more_of_known(const struct bd_map_rays *r, f3 normal, uint32_t first, uint32_t end)
 {
     float all = 0, known = 0;

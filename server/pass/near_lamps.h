@@ -1,11 +1,13 @@
 // Point lamps and spots that are nearer to surfaces than points there are to each other: what one
 // sends to so small a part is all of a point's light or none of it, as points happen to lie. Rays
-// that share its flux evenly land on the points about instead, so that all of it falls somewhere,
-// as far as NEAR_REACH of them; what lies beyond is lit as ever (pass/first_light.h).
+// that share its flux evenly land on the points about that it sees instead, so that all of it falls
+// somewhere, and none behind a thin wall, as far as NEAR_REACH of them; what lies beyond is lit as
+// ever (pass/first_light.h).
 //
 // A lamp that has glass as near is left as it was: what lands on a pane is not a point's behind it.
 //
-// Private to pass/. Cost: a nearest point for each lamp; of those that are near at most 1,024 rays.
+// Private to pass/. Cost: a nearest point for each lamp; of those that are near at most 1,024 rays,
+// and as many segments.
 //
 // Thread: render thread, and the pool's.
 

@@ -148,8 +148,7 @@ static void see(const struct looking *l, uint32_t ray, uint32_t place, struct bd
     see_lobe(l, place, sight, f3_of(-d[0], -d[1], -d[2]));
 }
 
-// Rays from `first` on are of a place: those that bring something, and those of which nobody knows
-// what they bring, and which count as the others do.
+// Rays from `first` on are of a place. Those whose points are all hidden count as the others do.
 static uint32_t see_place(const struct looking *l, uint32_t place, uint32_t first, uint32_t end)
 {
     struct bd_point_sight *sights = &l->sights->sights[(size_t)place * l->sights->each];

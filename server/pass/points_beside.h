@@ -1,6 +1,6 @@
-// The points that stand for where rays end: of each the nearest that its end sees, straight, or
-// over the surface that both lie on where that bends away; or if it sees none, that where the ray
-// starts sees. So light on one side of a thin wall is never taken for the other side's.
+// The points that stand for where rays end: the nearest that a ray's end sees, straight, or over
+// the surface that both lie on where that bends away; if an end sees none, the nearest that the
+// ray's start sees. So light on one side of a thin wall is never taken for the other side's.
 //
 // Private to pass/. Cost: a search and a short segment a ray, of bent surfaces two; of rays whose
 // nearest point is hidden another search, and a segment for each that is, fifteen at most.
@@ -19,8 +19,8 @@ struct bd_beside_place {
     f3 position, normal;
 };
 
-// Two segments that are free where places see each other so. Where neither lies under the other's
-// plane one does, and the other has no length.
+// Two segments: places see each other if both are free. Where neither place lies under the other's
+// plane the second has no length.
 void bd_way_beside(struct bd_segment way[2], const struct bd_beside_place *a,
                    const struct bd_beside_place *b);
 
@@ -29,8 +29,8 @@ struct bd_points_beside {
     const struct bd_point_clusters *points;
     const struct bd_visibility_inputs *visibility;
     const struct bd_surface_hits *surfaces;
-    // Of each ray as bd_point_clusters_near; or that there are some, all hidden: others tell more
-    // of what it brings than nothing does.
+    // Of each ray as bd_point_clusters_near; or BD_POINTS_HIDDEN where there are points, all
+    // hidden: other rays tell more of what such a ray brings than nothing does.
     uint32_t *near;
 #define BD_POINTS_HIDDEN (BD_NO_POINT_NEAR - 1)
     // Its own.
