@@ -19,6 +19,12 @@ size_t bd_askers_count(const struct bd_askers *askers, const struct bd_askers_sl
     return askers->fragments ? slice->count : (size_t)slice->tile.width * slice->tile.height;
 }
 
+uint64_t bd_askers_count_all(const struct bd_askers *askers)
+{
+    return askers->fragments ? askers->fragments->count
+                             : (uint64_t)askers->viewpoint->width_px * askers->viewpoint->height_px;
+}
+
 float bd_askers_reach(const struct bd_askers *askers)
 {
     if (!askers->viewpoint) return 0;

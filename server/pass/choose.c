@@ -7,6 +7,7 @@
 #include "pass/kernels.h"
 #include "pass/vpl_groups.h"
 #include "shared/bindings.h"
+#include "shared/vpl.h"
 
 #define VPLS_PER_DISPATCH 1024u
 #define GROUP_VPLS        16u
@@ -35,6 +36,19 @@ uint32_t bd_choose_all_max(uint32_t vpl_count)
 {
     const size_t of_receiver = 32 * (size_t)words_of(vpl_count) * sizeof(struct bd_segment);
     return (uint32_t)(BD_SEGMENTS_BYTES_MAX / of_receiver);
+}
+
+enum bd_err bd_choose_all_room(struct bd_gpu *gpu, const struct bd_askers *askers,
+                               const struct bd_vpl_list *const *lists, uint32_t list_count,
+                               struct bd_segments **out, struct bd_err_detail *detail)
+{
+    uint32_t most = 0;
+    for (uint32_t i = 0; i < list_count; i++)
+        if (lists[i]->count > most) most = lists[i]->count;
+    if (most > BD_VPLS_PER_SUM) most = BD_VPLS_PER_SUM;
+    const uint64_t asked = bd_askers_count_all(askers) * words_of(most) * 32;
+    return bd_segments_create(gpu, asked < BD_SEGMENTS_MAX ? (size_t)asked : BD_SEGMENTS_MAX, out,
+                              detail);
 }
 
 void bd_asking_set_maps(const struct bd_visibility_inputs *visibility,

@@ -60,8 +60,9 @@ struct bd_askers_slice {
 };
 
 struct bd_askers_slice bd_askers_of_list(uint32_t first, uint32_t count);
-// How many receivers those are.
+// How many receivers those are, and how many there are.
 size_t bd_askers_count(const struct bd_askers *askers, const struct bd_askers_slice *slice);
+uint64_t bd_askers_count_all(const struct bd_askers *askers);
 
 // The largest coordinate of the view's position, for lifts (kernel/lift.h); 0 without a view.
 float bd_askers_reach(const struct bd_askers *askers);
@@ -88,6 +89,13 @@ void bd_askers_define(const struct bd_askers *askers, struct bd_defines *defines
 
 // Receivers of a slice whose segments to so many VPLs fit; at least 64.
 uint32_t bd_choose_all_max(uint32_t vpl_count);
+
+// Room for what slices of them ask about ranges of lists, BD_VPLS_PER_SUM VPLs at most: as much as
+// fits, and no more than all of them ask for.
+BD_MUST_CHECK
+enum bd_err bd_choose_all_room(struct bd_gpu *gpu, const struct bd_askers *askers,
+                               const struct bd_vpl_list *const *lists, uint32_t list_count,
+                               struct bd_segments **out, struct bd_err_detail *detail);
 
 // Every receiver of the slice asks about every VPL of the range, and is answered. Of each, in rows,
 // 32 segments for each word of answers, VPLs in order.

@@ -135,7 +135,10 @@ static enum bd_err gather_on_device(struct gather *g, struct bd_err_detail *deta
 {
     struct bd_gpu *gpu = g->context->gpu;
     enum bd_err err = BD_ERR_OK;
-    if (g->inputs->visibility) err = bd_segments_create(gpu, BD_SEGMENTS_MAX, &g->segments, detail);
+    const struct bd_askers askers = bd_gather_askers(g->inputs);
+    if (g->inputs->visibility)
+        err = bd_choose_all_room(gpu, &askers, g->inputs->lists, g->inputs->list_count,
+                                 &g->segments, detail);
     if (!err) err = gather_all(g, detail);
     if (!err && g->segments) bd_ray_counts_add(&g->out->rays, g->segments->traced);
     bd_segments_destroy(gpu, &g->segments);

@@ -131,7 +131,8 @@ enum bd_err bd_gather_native_run(const struct bd_pass_context *context,
     enum bd_err err =
         bd_native_lists_borrow(context->gpu, inputs->lists, inputs->list_count, &g.lists, detail);
     if (!err && inputs->visibility)
-        err = bd_segments_create(context->gpu, BD_SEGMENTS_MAX, &g.segments, detail);
+        err = bd_choose_all_room(context->gpu, &inputs->receivers.askers, inputs->lists,
+                                 inputs->list_count, &g.segments, detail);
     if (!err) err = run(&g);
     if (!err && g.segments) bd_ray_counts_add(rays, g.segments->traced);
     bd_segments_destroy(context->gpu, &g.segments);

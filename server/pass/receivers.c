@@ -56,10 +56,7 @@ static uint32_t groups_of(uint64_t receivers)
 
 static uint64_t receiver_count(const struct bd_receivers_inputs *inputs)
 {
-    const struct bd_askers *askers = &inputs->askers;
-    if (inputs->points) return inputs->point_count;
-    return askers->fragments ? askers->fragments->count
-                             : (uint64_t)askers->viewpoint->width_px * askers->viewpoint->height_px;
+    return inputs->points ? inputs->point_count : bd_askers_count_all(&inputs->askers);
 }
 
 // No more than there are.
