@@ -99,6 +99,8 @@ static double part_of_pixels(struct world *w, const struct bd_technique *techniq
     set(&few, "photons", "1024");
     set(&few, "points", "1024");
     set(&few, "exploit", "1");
+    set(&few, "clusters", "1");
+    set(&few, "map_rays", "0");
     struct bd_report report = render(w, technique, &few, side_px, &ms);
     return (double)report.counts.fragments / (side_px * side_px);
 }

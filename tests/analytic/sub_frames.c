@@ -51,15 +51,17 @@ static void make_room(struct world *w, enum room room)
 
 static struct bd_frame_request request_of(const struct bd_technique *technique, uint32_t aa)
 {
-    const char *const settings[] = {"shadow_size=64", "rsm_size=32", "vpls=192"};
+    const char *const settings[] = {"shadow_size=64", "rsm_size=32", "vpls=192", "points=1024",
+                                    "photons=4096"};
     struct bd_frame_request request = bd_frame_request_default;
     snprintf(request.technique, sizeof request.technique, "%s", technique->name);
     request.width_px = WIDTH;
     request.height_px = HEIGHT;
     request.layers = (1u << BD_LAYER_RENDERED_COUNT) - 1;
     request.aa = aa;
-    const enum bd_param params[] = {BD_PARAM_SHADOW_SIZE, BD_PARAM_RSM_SIZE, BD_PARAM_VPLS};
-    for (int i = 0; i < 3; i++)
+    const enum bd_param params[] = {BD_PARAM_SHADOW_SIZE, BD_PARAM_RSM_SIZE, BD_PARAM_VPLS,
+                                    BD_PARAM_POINTS, BD_PARAM_PHOTONS};
+    for (size_t i = 0; i < sizeof params / sizeof *params; i++)
         if (technique->params_read & BD_READS(params[i]))
             assert_int_equal(bd_param_list_add(&request.params, settings[i], NULL), BD_ERR_OK);
     return request;

@@ -82,7 +82,12 @@ def add(client, folder, parts, sky=None, light=None, at=(0, 0, 4)):
     return client.scenes.add(folder / "scene.gltf", **({"environment": bounced.Environment(radiance=sky)} if sky else {}))
 
 
-def look(scene, technique="many_light", eye=(0, 0, 6), yfov=.3, size=SIZE, **asked):
+# A few panes and balls, thirty pixels wide: defaults are for rooms.
+SMALL = {"many_light": {"photons": 16384, "vpls": 1024, "walk_vpls": 1024, "cache_cells": 2048}, "photon": {"photons": 65536},
+         "point_projection": {"points": 4096}}
+
+
+def look(scene, technique="many_light", eye=(0, 0, 6), yfov=.3, size=SIZE, parameters=None, **asked):
     """Radiance, of the middle alone where that is all of one kind."""
     return scene.render(size=size, technique=technique, layers=["beauty"], pose=bounced.Pose(eye, (0, 0, 0), yfov=yfov),
-                        **asked).layers["beauty"][..., :3].astype(float)
+                        parameters={**SMALL.get(technique, {}), **(parameters or {})}, **asked).layers["beauty"][..., :3].astype(float)

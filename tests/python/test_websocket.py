@@ -64,7 +64,7 @@ def test_tokens(serve):
 
 def test_a_server_that_ends_is_noticed(serve):
     served = serve()
-    client = bounced.connect(served.http)
+    client = bounced.connect(served.http, resume_s=1)
     served.process.terminate()
     with pytest.raises(bounced.Unreachable):
         while True:
