@@ -2,7 +2,7 @@
 
 #include <stdlib.h>
 
-#include "pass/points_beside.h"
+#include "pass/beside.h"
 #include "pass/receivers.h"
 
 // Sides that ask at once.

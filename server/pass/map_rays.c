@@ -66,7 +66,7 @@ void bd_map_rays_finish(struct bd_map_rays *r)
     void *rooms[] = {r->chosen, r->which,   r->first_ray, r->rays,
                      r->hits,   r->numbers, r->weights,   r->ways};
     if (r->part) bd_surface_hits_finish(&r->surfaces);
-    bd_points_beside_finish(&r->beside);
+    bd_beside_finish(&r->beside);
     for (size_t i = 0; i < sizeof rooms / sizeof *rooms; i++) free(rooms[i]);
 }
 
@@ -209,7 +209,7 @@ static f3 brought(const struct bd_map_rays *r, uint32_t i)
     const struct bd_lit_points *points = r->inputs->points;
     const float *d = r->rays[i].direction;
     const uint32_t near = r->beside.near[i];
-    if (near >= BD_POINTS_HIDDEN) return f3_of(0, 0, 0);
+    if (near >= BD_BESIDE_HIDDEN) return f3_of(0, 0, 0);
     const f3 sent = bd_lit_points_send(points, near, f3_of(-d[0], -d[1], -d[2]));
     return r->ways ? f3_mul(sent, r->ways[i].weight) : sent;
 }
@@ -235,7 +235,7 @@ static float more_of_known(const struct bd_map_rays *r, f3 normal, uint32_t firs
     for (uint32_t i = first; i < end; i++) {
         const float size = f_max(f3_dot(r->weights[i], normal), 0);
         all += size;
-        if (r->beside.near[i] != BD_POINTS_HIDDEN) known += size;
+        if (r->beside.near[i] != BD_BESIDE_HIDDEN) known += size;
     }
     return known > 0 ? all / known : 0;
 }
@@ -246,7 +246,7 @@ static struct told tell(const struct bd_map_rays *r, f3 position, f3 normal, uin
     struct told told = {0};
     const float more = more_of_known(r, normal, first, end);
     for (uint32_t i = first; i < end; i++) {
-        if (r->beside.near[i] == BD_POINTS_HIDDEN) continue;
+        if (r->beside.near[i] == BD_BESIDE_HIDDEN) continue;
         const struct bd_map_ray *chosen = &r->chosen[r->which[i]];
         const uint32_t half = r->which[i] % 2;
         const f3 weight = f3_scale(r->weights[i], more);
@@ -322,7 +322,7 @@ enum bd_err bd_map_rays_run(const struct bd_pass_context *context, struct bd_map
     enum bd_err err = bd_receivers_each(context, groups, UNITS_PER_RAY * rays, aim_group, r);
     if (!err) err = trace(context, r, detail);
     if (!err)
-        err = bd_points_beside_find(context, &r->beside, r->rays, r->hits, r->count, &r->traced,
+        err = bd_beside_find(context, &r->beside, r->rays, r->hits, r->count, &r->traced,
                                     detail);
     bd_slicer_work(context->slicer, "map rays bring");
     if (!err) err = bd_receivers_each(context, groups, UNITS_PER_END * rays, correct_group, r);

@@ -18,7 +18,7 @@
 #include "lights/surface_hits.h"
 #include "pass/onward.h"
 #include "pass/point_gather.h"
-#include "pass/points_beside.h"
+#include "pass/beside.h"
 #include "pass/receivers.h"
 
 // All zeroes but for what is set at first.
@@ -31,7 +31,7 @@ struct bd_map_rays {
     // Its own.
     const struct bd_receiver_part *part;
     struct bd_surface_hits surfaces;
-    struct bd_points_beside beside;
+    struct bd_beside beside;
     uint32_t count, *which; // of `chosen`, of each ray
     uint32_t *first_ray;    // of each group, and of none behind the last
     struct bd_ray *rays;

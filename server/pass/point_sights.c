@@ -6,7 +6,7 @@
 #include "kernel/all_channels.h"
 #include "lights/microbuffer.h"
 #include "pass/cosine_rays.h"
-#include "pass/points_beside.h"
+#include "pass/beside.h"
 #include "pass/receivers.h"
 
 // How a place projects: less closely than pixels do, for its light is seen in the mean over many.
@@ -26,7 +26,7 @@ struct looking {
     const struct bd_surface_point *places;
     struct bd_point_sights *sights;
     struct bd_cosine_rays rays;
-    struct bd_points_beside ends;
+    struct bd_beside ends;
     const struct bd_receiver_part *part;
     struct bd_projector projector;
     struct bd_microbuffer map;
@@ -154,10 +154,10 @@ static uint32_t see_place(const struct looking *l, uint32_t place, uint32_t firs
     struct bd_point_sight *sights = &l->sights->sights[(size_t)place * l->sights->each];
     uint32_t seen = 0, hidden = 0, next = first;
     for (const uint8_t lane = lane_of(l, first); next < end && lane_of(l, next) == lane; next++)
-        hidden += l->ends.near[next] == BD_POINTS_HIDDEN;
+        hidden += l->ends.near[next] == BD_BESIDE_HIDDEN;
     const float weight = F_PI / (float)(l->sights->each - hidden);
     for (uint32_t i = first; i < next; i++) {
-        if (l->ends.near[i] >= BD_POINTS_HIDDEN) continue;
+        if (l->ends.near[i] >= BD_BESIDE_HIDDEN) continue;
         sights[seen].weight = weight;
         see(l, i, place, &sights[seen++]);
     }
@@ -179,7 +179,7 @@ static enum bd_err see_part(void *user, const struct bd_receiver_part *part)
     enum bd_err err =
         bd_cosine_rays_trace(&l->context, &l->rays, part, l->inputs->visibility, l->detail);
     if (!err)
-        err = bd_points_beside_find(&l->context, &l->ends, l->rays.rays, l->rays.hits,
+        err = bd_beside_find(&l->context, &l->ends, l->rays.rays, l->rays.hits,
                                     l->rays.count, &l->rays.traced, l->detail);
     bd_slicer_work(l->context.slicer, "cells see");
     const double rays = (double)l->rays.count / part->group_count;
@@ -219,7 +219,7 @@ enum bd_err bd_point_sights_by_rays(const struct bd_pass_context *context,
     enum bd_err err = make_room(sights, count, rays, detail);
     if (!err && count > 0) err = bd_receivers_run(context, &receivers, detail);
     bd_ray_counts_add(traced, l.rays.traced);
-    bd_points_beside_finish(&l.ends);
+    bd_beside_finish(&l.ends);
     bd_cosine_rays_finish(&l.rays);
     return err;
 }

@@ -2,7 +2,7 @@
 // which brings what the point sends that stands for its end; or as receivers do, by points in a map
 // of what is seen, as Maletz, Wang and Bowers have it.
 //
-// Private to pass/. Cost: of each ray as pass/points_beside.h; of a map as pass/project_points.h.
+// Private to pass/. Cost: of each ray as pass/beside.h; of a map as pass/project_points.h.
 //
 // Thread: render thread, and the pool's.
 

@@ -1,9 +1,9 @@
-// How places on a surface look at each other (pass/points_beside.h): straight where it is flat or
+// How places on a surface look at each other (pass/beside.h): straight where it is flat or
 // folds towards them, and over it, never through it, where it bends away.
 
 #include <math.h>
 
-#include "pass/points_beside.h"
+#include "pass/beside.h"
 #include "tests/unit/cmocka_all.h"
 
 static f3 end_of(const float xyz[3])

@@ -7,8 +7,8 @@
 //
 // Thread: render thread, and the pool's.
 
-#ifndef BD_PASS_POINTS_BESIDE_H
-#define BD_PASS_POINTS_BESIDE_H
+#ifndef BD_PASS_BESIDE_H
+#define BD_PASS_BESIDE_H
 
 #include "lights/point_clusters.h"
 #include "lights/surface_hits.h"
@@ -25,14 +25,14 @@ void bd_way_beside(struct bd_segment way[2], const struct bd_beside_place *a,
                    const struct bd_beside_place *b);
 
 // All zeroes but for what is set at first. Its room grows as it is asked for.
-struct bd_points_beside {
+struct bd_beside {
     const struct bd_point_clusters *points;
     const struct bd_visibility_inputs *visibility;
     const struct bd_surface_hits *surfaces;
-    // Of each ray as bd_point_clusters_near; or BD_POINTS_HIDDEN where there are points, all
+    // Of each ray as bd_point_clusters_near; or BD_BESIDE_HIDDEN where there are points, all
     // hidden: other rays tell more of what such a ray brings than nothing does.
     uint32_t *near;
-#define BD_POINTS_HIDDEN (BD_NO_POINT_NEAR - 1)
+#define BD_BESIDE_HIDDEN (BD_NO_POINT_NEAR - 1)
     // Its own.
     const struct bd_ray *rays;
     const struct bd_ray_hit *hits;
@@ -48,10 +48,10 @@ struct bd_points_beside {
 // On the side that a ray comes to; there is no point where it meets nothing that sends light on.
 // BD_ERR_NO_MEMORY.
 BD_MUST_CHECK
-enum bd_err bd_points_beside_find(const struct bd_pass_context *context,
-                                  struct bd_points_beside *beside, const struct bd_ray *rays,
+enum bd_err bd_beside_find(const struct bd_pass_context *context,
+                                  struct bd_beside *beside, const struct bd_ray *rays,
                                   const struct bd_ray_hit *hits, uint32_t count,
                                   struct bd_ray_counts *traced, struct bd_err_detail *detail);
-void bd_points_beside_finish(struct bd_points_beside *beside);
+void bd_beside_finish(struct bd_beside *beside);
 
 #endif

@@ -1,4 +1,4 @@
-#include "pass/points_beside.h"
+#include "pass/beside.h"
 
 #include <stdlib.h>
 
@@ -16,20 +16,20 @@
 
 // --- room ---------------------------------------------------------------------------------------
 
-void bd_points_beside_finish(struct bd_points_beside *b)
+void bd_beside_finish(struct bd_beside *b)
 {
     void *rooms[] = {b->near, b->ends, b->asking, b->found, b->sides, b->segments, b->hidden};
     for (size_t i = 0; i < sizeof rooms / sizeof *rooms; i++) free(rooms[i]);
-    *b = (struct bd_points_beside){
+    *b = (struct bd_beside){
         .points = b->points, .visibility = b->visibility, .surfaces = b->surfaces};
 }
 
-static enum bd_err make_room(struct bd_points_beside *b, uint32_t count,
+static enum bd_err make_room(struct bd_beside *b, uint32_t count,
                              struct bd_err_detail *detail)
 {
     const size_t segments = 2 * (size_t)count;
     if (count <= b->room) return BD_ERR_OK;
-    bd_points_beside_finish(b);
+    bd_beside_finish(b);
     b->near = malloc(count * sizeof *b->near);
     b->ends = malloc(count * sizeof *b->ends);
     b->asking = malloc(count * sizeof *b->asking);
@@ -89,7 +89,7 @@ static struct bd_beside_place place_of_point(const struct bd_point_clusters *poi
     };
 }
 
-static void put_way_from_start(const struct bd_points_beside *b, uint32_t i,
+static void put_way_from_start(const struct bd_beside *b, uint32_t i,
                                const struct bd_beside_place *point, struct bd_segment way[2])
 {
     const f3 start = f3_loaded(b->rays[i].origin);
@@ -100,7 +100,7 @@ static void put_way_from_start(const struct bd_points_beside *b, uint32_t i,
 
 // --- looks --------------------------------------------------------------------------------------
 
-static bool find_end(const struct bd_points_beside *b, uint32_t i)
+static bool find_end(const struct bd_beside *b, uint32_t i)
 {
     const struct bd_ray_hit *hit = &b->hits[i];
     struct bd_surface_point at;
@@ -113,7 +113,7 @@ static bool find_end(const struct bd_points_beside *b, uint32_t i)
 }
 
 // At first the nearest alone: most see it.
-static void search(const struct bd_points_beside *b, uint32_t i)
+static void search(const struct bd_beside *b, uint32_t i)
 {
     const float reach = REACH * f_sqrt(b->points->area);
     const uint32_t most = b->looks == 0 ? 1 : BD_NEAREST_MOST;
@@ -125,7 +125,7 @@ static void search(const struct bd_points_beside *b, uint32_t i)
 }
 
 // At the points from the end, then from the start. Where none is left there is nothing to ask.
-static void look(const struct bd_points_beside *b, uint32_t k)
+static void look(const struct bd_beside *b, uint32_t k)
 {
     const uint32_t i = b->asking[k];
     const uint32_t *sides = &b->sides[(size_t)i * BD_NEAREST_MOST];
@@ -133,7 +133,7 @@ static void look(const struct bd_points_beside *b, uint32_t k)
     if (b->looks < 2) search(b, i);
     const uint32_t found = b->found[i];
     if (b->looks >= 2 * found) {
-        b->near[i] = found > 0 ? BD_POINTS_HIDDEN : BD_NO_POINT_NEAR;
+        b->near[i] = found > 0 ? BD_BESIDE_HIDDEN : BD_NO_POINT_NEAR;
         put_segment(&way[0], f3_of(0, 0, 0), f3_of(0, 0, 0));
         way[1] = way[0];
         return;
@@ -148,12 +148,12 @@ static void look(const struct bd_points_beside *b, uint32_t k)
 
 static void look_in_group(void *user, uint32_t group)
 {
-    const struct bd_points_beside *b = user;
+    const struct bd_beside *b = user;
     for (uint32_t k = group * BD_LANES; k < (group + 1) * BD_LANES && k < b->count; k++) look(b, k);
 }
 
 // Those go on whose point is hidden.
-static void keep_hidden(struct bd_points_beside *b)
+static void keep_hidden(struct bd_beside *b)
 {
     uint32_t kept = 0;
     for (uint32_t k = 0; k < b->count; k++)
@@ -161,7 +161,7 @@ static void keep_hidden(struct bd_points_beside *b)
     b->count = kept;
 }
 
-enum bd_err bd_points_beside_find(const struct bd_pass_context *context, struct bd_points_beside *b,
+enum bd_err bd_beside_find(const struct bd_pass_context *context, struct bd_beside *b,
                                   const struct bd_ray *rays, const struct bd_ray_hit *hits,
                                   uint32_t count, struct bd_ray_counts *traced,
                                   struct bd_err_detail *detail)
@@ -180,6 +180,6 @@ enum bd_err bd_points_beside_find(const struct bd_pass_context *context, struct 
                                     b->hidden, traced, detail);
         if (!err) keep_hidden(b);
     }
-    for (uint32_t k = 0; k < b->count; k++) b->near[b->asking[k]] = BD_POINTS_HIDDEN;
+    for (uint32_t k = 0; k < b->count; k++) b->near[b->asking[k]] = BD_BESIDE_HIDDEN;
     return err;
 }
