@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/assert.h"
+#include "lights/directions.h"
 #include "lights/sequence.h"
 
 // Bits of a Morton code along each axis, and of all of it.
@@ -152,6 +153,12 @@ static void divide(struct heap *heap, const struct place *places, const struct c
     }
 }
 
+// One of many rays that met the same, too: whoever ends beside it finds it.
+static bool is_of_one_place(const struct place *places, const struct cell *cell)
+{
+    return places[cell->first].number == places[cell->end - 1].number;
+}
+
 // The parts of one are at most eight. What cannot be divided any more is set aside.
 static uint32_t find_cells(struct heap *heap, const struct place *places, uint32_t count,
                            uint32_t most, struct cell *whole)
@@ -164,7 +171,7 @@ static uint32_t find_cells(struct heap *heap, const struct place *places, uint32
     }
     while (heap->count > 0 && wholes + heap->count + 7 <= most) {
         const struct cell cell = pop(heap);
-        if (cell.end - cell.first == 1 || cell.level == AXIS_BITS)
+        if (is_of_one_place(places, &cell))
             whole[wholes++] = cell;
         else
             divide(heap, places, &cell);
@@ -198,8 +205,10 @@ static bool make_room(struct bd_irradiance_cells *cells, uint32_t most)
     cells->beyond = malloc(most * sizeof *cells->beyond);
     cells->chosen = malloc(most * sizeof *cells->chosen);
     cells->number = malloc(most * sizeof *cells->number);
+    cells->places = calloc(most, sizeof *cells->places);
     cells->irradiance = calloc(most, sizeof *cells->irradiance);
-    return cells->first && cells->beyond && cells->chosen && cells->number && cells->irradiance;
+    return cells->first && cells->beyond && cells->chosen && cells->number && cells->places &&
+           cells->irradiance;
 }
 
 enum bd_err bd_irradiance_cells_create(const uint64_t *numbers, uint32_t place_count, uint32_t most,
@@ -239,6 +248,7 @@ void bd_irradiance_cells_destroy(struct bd_irradiance_cells **cells)
     free((*cells)->beyond);
     free((*cells)->chosen);
     free((*cells)->number);
+    free((*cells)->places);
     free((*cells)->irradiance);
     free(*cells);
     *cells = NULL;
@@ -247,7 +257,8 @@ void bd_irradiance_cells_destroy(struct bd_irradiance_cells **cells)
 uint64_t bd_irradiance_cells_bytes(const struct bd_irradiance_cells *cells)
 {
     return sizeof *cells + cells->count * (2 * sizeof *cells->first + sizeof *cells->chosen +
-                                           sizeof *cells->number + sizeof *cells->irradiance);
+                                           sizeof *cells->number + sizeof *cells->places +
+                                           sizeof *cells->irradiance);
 }
 
 // The last that begins at that number or before, of some.
@@ -260,13 +271,6 @@ static uint32_t last_until(const struct bd_irradiance_cells *cells, uint64_t num
         count -= half;
     }
     return first;
-}
-
-f3 bd_irradiance_cells_look(const struct bd_irradiance_cells *cells, f3 position, f3 normal)
-{
-    if (cells->count == 0) return f3_of(0, 0, 0);
-    const uint64_t number = bd_irradiance_cell_at(position, normal, cells->radius);
-    return cells->irradiance[last_until(cells, number)];
 }
 
 static uint32_t cell_with(const struct bd_irradiance_cells *cells, uint64_t number)
@@ -297,4 +301,81 @@ uint32_t bd_irradiance_cells_find(const struct bd_irradiance_cells *cells, f3 po
     for (int i = 0; found == BD_NO_CELL && i < 3; i++)
         found = cell_with(cells, take_next_face(normal, was) << CODE_BITS | place);
     return found;
+}
+
+// --- cells about a place ------------------------------------------------------------------------
+
+// At least that cosine between normals: a cell may be of a wall's other side, or of another wall
+// that meets it there.
+#define ALIKE_LEAST 0.01f
+
+static bool is_alike(const struct bd_irradiance_cells *cells, uint32_t cell, f3 normal)
+{
+    return f3_dot(cells->places[cell].normal, normal) >= ALIKE_LEAST;
+}
+
+uint32_t bd_irradiance_cells_of(const struct bd_irradiance_cells *cells, f3 position, f3 normal)
+{
+    const uint32_t cell = bd_irradiance_cells_find(cells, position, normal);
+    return cell != BD_NO_CELL && is_alike(cells, cell, normal) ? cell : BD_NO_CELL;
+}
+
+struct about {
+    const struct bd_irradiance_cells *cells;
+    f3 position, normal;
+    uint32_t count;
+    uint32_t found[9];
+    float distances2[9];
+};
+
+// But for the first, which the place lies in, in order of distance.
+static void add_about(struct about *about, uint32_t cell)
+{
+    if (cell == BD_NO_CELL || !is_alike(about->cells, cell, about->normal)) return;
+    const f3 way = f3_sub(about->cells->places[cell].position, about->position);
+    const float distance2 = f3_dot(way, way);
+    for (uint32_t i = 0; i < about->count; i++)
+        if (about->found[i] == cell) return;
+    uint32_t at = about->count++;
+    for (; at > 0 && about->distances2[at - 1] > distance2; at--) {
+        about->found[at] = about->found[at - 1];
+        about->distances2[at] = about->distances2[at - 1];
+    }
+    about->found[at] = cell;
+    about->distances2[at] = distance2;
+}
+
+static float side_of(const struct bd_irradiance_cells *cells, uint32_t cell)
+{
+    const uint64_t codes = cells->beyond[cell] - cells->first[cell];
+    const float steps = cbrtf((float)codes);
+    return steps * 2 * cells->radius / (float)(1u << AXIS_BITS);
+}
+
+uint32_t bd_irradiance_cells_about(const struct bd_irradiance_cells *cells, f3 position, f3 normal,
+                                   uint32_t *found, uint32_t most)
+{
+    struct about about = {.cells = cells, .position = position, .normal = normal};
+    if (cells->count == 0) return 0;
+    const uint32_t last = last_until(cells, bd_irradiance_cell_at(position, normal, cells->radius));
+    const uint32_t own = bd_irradiance_cells_find(cells, position, normal);
+    add_about(&about, own);
+    if (about.count > 0) about.distances2[0] = -1;
+    if (most > 1 || about.count == 0) {
+        const float side = side_of(cells, own == BD_NO_CELL ? last : own);
+        const struct bd_basis basis = bd_basis_of(normal);
+        for (int v = -1; v <= 1; v++)
+            for (int u = -1; u <= 1; u++) {
+                const f3 step =
+                    f3_add(f3_scale(basis.x, side * (float)u), f3_scale(basis.y, side * (float)v));
+                add_about(&about, bd_irradiance_cells_find(cells, f3_add(position, step), normal));
+            }
+    }
+    if (about.count == 0) { // those next to it in their order
+        add_about(&about, last);
+        add_about(&about, last + 1 < cells->count ? last + 1 : BD_NO_CELL);
+    }
+    const uint32_t count = about.count < most ? about.count : most;
+    memcpy(found, about.found, count * sizeof *found);
+    return count;
 }

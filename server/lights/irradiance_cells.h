@@ -23,11 +23,17 @@
 // by, then a Morton code. `radius` is the render space's.
 uint64_t bd_irradiance_cell_at(f3 position, f3 normal, float radius);
 
+// That stands for a cell, and whose light it tells.
+struct bd_cell_place {
+    f3 position, normal; // render space, unit
+};
+
 struct bd_irradiance_cells {
     uint32_t count;
     float radius;
     uint64_t *first, *beyond; // of each the least number that is in it, and behind it; they ascend
     uint32_t *chosen; // which of the places stands for it
+    struct bd_cell_place *places; // that, once whoever has the places says so
     uint32_t *number; // that cells keep whatever becomes of others, and neighbours differ in
     f3 *irradiance;   // that it tells
 };
@@ -46,7 +52,14 @@ uint64_t bd_irradiance_cells_bytes(const struct bd_irradiance_cells *cells);
 #define BD_NO_CELL UINT32_MAX
 uint32_t bd_irradiance_cells_find(const struct bd_irradiance_cells *cells, f3 position, f3 normal);
 
-// Of the cell that a place lies in, or the next one; 0 where there are none.
-f3 bd_irradiance_cells_look(const struct bd_irradiance_cells *cells, f3 position, f3 normal);
+// The cell that a place lies in, if its own place faces as that does; or BD_NO_CELL.
+uint32_t bd_irradiance_cells_of(const struct bd_irradiance_cells *cells, f3 position, f3 normal);
+
+// Cells that may stand for a place, whose own places face as it does: the one that it lies in, then
+// those about that, the nearest first; where no such cell is about, one that is not far. At most
+// `most`, 1 to BD_CELLS_ABOUT_MOST; how many.
+#define BD_CELLS_ABOUT_MOST 8u
+uint32_t bd_irradiance_cells_about(const struct bd_irradiance_cells *cells, f3 position, f3 normal,
+                                   uint32_t *about, uint32_t most);
 
 #endif

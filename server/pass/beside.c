@@ -14,14 +14,19 @@
 // Of the slicer, one for each evaluation of a VPL.
 #define UNITS_PER_SEARCH 20.0
 
+_Static_assert(BD_BESIDE_NONE == BD_NO_POINT_NEAR && BD_BESIDE_NONE == BD_NO_CELL, "all say so");
+_Static_assert(BD_CELLS_ABOUT_MOST == BD_NEAREST_MOST, "one room for either");
+
 // --- room ---------------------------------------------------------------------------------------
 
 void bd_beside_finish(struct bd_beside *b)
 {
     void *rooms[] = {b->near, b->ends, b->asking, b->found, b->sides, b->segments, b->hidden};
     for (size_t i = 0; i < sizeof rooms / sizeof *rooms; i++) free(rooms[i]);
-    *b = (struct bd_beside){
-        .points = b->points, .visibility = b->visibility, .surfaces = b->surfaces};
+    *b = (struct bd_beside){.points = b->points,
+                            .cells = b->cells,
+                            .visibility = b->visibility,
+                            .surfaces = b->surfaces};
 }
 
 static enum bd_err make_room(struct bd_beside *b, uint32_t count,
@@ -89,11 +94,18 @@ static struct bd_beside_place place_of_point(const struct bd_point_clusters *poi
     };
 }
 
+static struct bd_beside_place place_of(const struct bd_beside *b, uint32_t near)
+{
+    if (b->points) return place_of_point(b->points, near);
+    const struct bd_cell_place *at = &b->cells->places[near];
+    return (struct bd_beside_place){at->position, at->normal};
+}
+
 static void put_way_from_start(const struct bd_beside *b, uint32_t i,
-                               const struct bd_beside_place *point, struct bd_segment way[2])
+                               const struct bd_beside_place *at, struct bd_segment way[2])
 {
     const f3 start = f3_loaded(b->rays[i].origin);
-    const f3 to = lifted(point, lift_of_segment(0, start, point->position));
+    const f3 to = lifted(at, lift_of_segment(0, start, at->position));
     put_segment(&way[0], start, to);
     put_segment(&way[1], to, to);
 }
@@ -112,19 +124,34 @@ static bool find_end(const struct bd_beside *b, uint32_t i)
     return true;
 }
 
+// Light comes from there that nobody tells of. Where no point is near, none was to be lit.
+static bool is_untold(const struct bd_beside *b, uint32_t i)
+{
+    const f3 normal = b->ends[i].normal;
+    return b->found[i] > 0 || (b->cells && f3_dot(normal, normal) > 0);
+}
+
+static uint32_t search_about(const struct bd_beside *b, const struct bd_beside_place *end,
+                             uint32_t *sides, uint32_t most)
+{
+    if (b->cells)
+        return bd_irradiance_cells_about(b->cells, end->position, end->normal, sides, most);
+    const float reach = REACH * f_sqrt(b->points->area);
+    return bd_point_clusters_nearest(b->points, end->position, end->normal, reach, sides, most);
+}
+
 // At first the nearest alone: most see it.
 static void search(const struct bd_beside *b, uint32_t i)
 {
-    const float reach = REACH * f_sqrt(b->points->area);
-    const uint32_t most = b->looks == 0 ? 1 : BD_NEAREST_MOST;
+    uint32_t *sides = &b->sides[(size_t)i * BD_NEAREST_MOST];
     b->found[i] = 0;
+    if (b->looks == 0) b->ends[i] = (struct bd_beside_place){0};
     if (b->looks > 0 || find_end(b, i))
         b->found[i] =
-            (uint8_t)bd_point_clusters_nearest(b->points, b->ends[i].position, b->ends[i].normal,
-                                               reach, &b->sides[(size_t)i * BD_NEAREST_MOST], most);
+            (uint8_t)search_about(b, &b->ends[i], sides, b->looks == 0 ? 1 : BD_NEAREST_MOST);
 }
 
-// At the points from the end, then from the start. Where none is left there is nothing to ask.
+// At what was found from the end, then from the start. Where none is left there is nothing to ask.
 static void look(const struct bd_beside *b, uint32_t k)
 {
     const uint32_t i = b->asking[k];
@@ -133,17 +160,17 @@ static void look(const struct bd_beside *b, uint32_t k)
     if (b->looks < 2) search(b, i);
     const uint32_t found = b->found[i];
     if (b->looks >= 2 * found) {
-        b->near[i] = found > 0 ? BD_BESIDE_HIDDEN : BD_NO_POINT_NEAR;
+        b->near[i] = is_untold(b, i) ? BD_BESIDE_HIDDEN : BD_BESIDE_NONE;
         put_segment(&way[0], f3_of(0, 0, 0), f3_of(0, 0, 0));
         way[1] = way[0];
         return;
     }
     b->near[i] = sides[b->looks % found];
-    const struct bd_beside_place point = place_of_point(b->points, b->near[i]);
+    const struct bd_beside_place at = place_of(b, b->near[i]);
     if (b->looks < found)
-        bd_way_beside(way, &b->ends[i], &point);
+        bd_way_beside(way, &b->ends[i], &at);
     else
-        put_way_from_start(b, i, &point, way);
+        put_way_from_start(b, i, &at, way);
 }
 
 static void look_in_group(void *user, uint32_t group)
@@ -152,7 +179,7 @@ static void look_in_group(void *user, uint32_t group)
     for (uint32_t k = group * BD_LANES; k < (group + 1) * BD_LANES && k < b->count; k++) look(b, k);
 }
 
-// Those go on whose point is hidden.
+// Those go on whose point or cell is hidden.
 static void keep_hidden(struct bd_beside *b)
 {
     uint32_t kept = 0;

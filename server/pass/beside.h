@@ -1,15 +1,16 @@
-// The points that stand for where rays end: the nearest that a ray's end sees, straight, or over
-// the surface that both lie on where that bends away; if an end sees none, the nearest that the
-// ray's start sees. So light on one side of a thin wall is never taken for the other side's.
+// What stands for where rays end, a point or a cell: the nearest that a ray's end sees, straight,
+// or over the surface that both lie on where that bends away; if an end sees none, the nearest that
+// the ray's start sees. So light on one side of a thin wall is never taken for the other side's.
 //
 // Private to pass/. Cost: a search and a short segment a ray, of bent surfaces two; of rays whose
-// nearest point is hidden another search, and a segment for each that is, fifteen at most.
+// nearest is hidden another search, and a segment for each that is, fifteen at most.
 //
 // Thread: render thread, and the pool's.
 
 #ifndef BD_PASS_BESIDE_H
 #define BD_PASS_BESIDE_H
 
+#include "lights/irradiance_cells.h"
 #include "lights/point_clusters.h"
 #include "lights/surface_hits.h"
 #include "pass/visibility.h"
@@ -26,13 +27,16 @@ void bd_way_beside(struct bd_segment way[2], const struct bd_beside_place *a,
 
 // All zeroes but for what is set at first. Its room grows as it is asked for.
 struct bd_beside {
-    const struct bd_point_clusters *points;
+    const struct bd_point_clusters *points; // or NULL: cells
+    const struct bd_irradiance_cells *cells;
     const struct bd_visibility_inputs *visibility;
     const struct bd_surface_hits *surfaces;
-    // Of each ray as bd_point_clusters_near; or BD_BESIDE_HIDDEN where there are points, all
-    // hidden: other rays tell more of what such a ray brings than nothing does.
+    // Of each ray as bd_point_clusters_near, or a cell; BD_BESIDE_NONE; or BD_BESIDE_HIDDEN where
+    // there are some, all hidden, or no cell: other rays tell more of what such a ray brings than
+    // nothing does.
     uint32_t *near;
-#define BD_BESIDE_HIDDEN (BD_NO_POINT_NEAR - 1)
+#define BD_BESIDE_NONE   UINT32_MAX
+#define BD_BESIDE_HIDDEN (BD_BESIDE_NONE - 1)
     // Its own.
     const struct bd_ray *rays;
     const struct bd_ray_hit *hits;
@@ -45,7 +49,7 @@ struct bd_beside {
     uint32_t *hidden;
 };
 
-// On the side that a ray comes to; there is no point where it meets nothing that sends light on.
+// On the side that a ray comes to; nothing stands where it meets nothing that sends light on.
 // BD_ERR_NO_MEMORY.
 BD_MUST_CHECK
 enum bd_err bd_beside_find(const struct bd_pass_context *context,

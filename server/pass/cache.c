@@ -207,6 +207,7 @@ static enum bd_err light_cells(struct cache *c, struct bd_irradiance_cells *cell
     for (uint32_t i = 0; i < cells->count; i++) {
         places[i] = c->places[cells->chosen[i]];
         places[i].number = cells->number[i];
+        cells->places[i] = (struct bd_cell_place){places[i].position, places[i].normal};
     }
     const enum bd_err err = light_places(c, places, cells, traced);
     free(places);

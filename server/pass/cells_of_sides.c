@@ -7,9 +7,6 @@
 
 // Sides that ask at once.
 #define AT_ONCE 65536u
-// Of a side and the place that stands for its cell: at least that cosine between normals. A cell
-// may be of a wall's other side, or of another wall that meets it there.
-#define ALIKE_LEAST 0.01f
 // Of the slicer, one for each evaluation of a VPL.
 #define UNITS_PER_SIDE 2.0
 
@@ -32,13 +29,12 @@ static void ask(const struct asking *a, uint32_t k)
 {
     const uint32_t side = a->first + k;
     const struct bd_surface_point *at = &a->inputs->sides->places[side];
-    const uint32_t cell = bd_irradiance_cells_find(a->cells, at->position, at->normal);
+    const uint32_t cell = bd_irradiance_cells_of(a->cells, at->position, at->normal);
     const struct bd_surface_point *place =
         cell == BD_NO_CELL ? at : &a->inputs->sides->places[a->cells->chosen[cell]];
-    const bool is_alike = f3_dot(place->normal, at->normal) >= ALIKE_LEAST;
-    const struct bd_beside_place from = beside_of(at), to = beside_of(is_alike ? place : at);
+    const struct bd_beside_place from = beside_of(at), to = beside_of(place);
     bd_way_beside(&a->segments[2 * (size_t)k], &from, &to);
-    a->cell_of[side] = is_alike ? cell : BD_NO_CELL;
+    a->cell_of[side] = cell;
 }
 
 static void ask_group(void *user, uint32_t group)

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "lights/surface_hits.h"
+#include "pass/beside.h"
 #include "pass/cosine_rays.h"
 #include "pass/f3_arrays.h"
 #include "pass/kernels.h"
@@ -38,6 +39,7 @@ struct far {
     struct bd_surface_hits surfaces;
     struct bd_sequence roulette;
     struct bd_cosine_rays rays;
+    struct bd_beside ends; // cells that stand for those, where there are cells
     const struct bd_receiver_part *part;
     // Places that ask for their first light, as many of each group, and what that brings to whom.
     struct bd_surface_point *places;
@@ -144,15 +146,26 @@ static void ask_first_light(const struct far *f, uint32_t group, uint32_t ray, f
     f->askers[slot] = (struct asker){1 / (float)f->inputs->rays * part / pdf, group, ray};
 }
 
-static void add_cells(const struct far *f, uint32_t group, uint32_t ray, float part,
-                      const struct bd_surface_point *at)
+// Rays from `first` on are of a receiver. Those whose cells are all hidden count as the others do.
+static float more_of_known(const struct far *f, uint32_t first, uint32_t end)
 {
-    const f3 light = bd_irradiance_cells_look(f->inputs->cells, at->position, at->normal);
+    uint32_t hidden = 0;
+    if (!f->inputs->cells) return 0;
+    for (uint32_t i = first; i < end; i++) hidden += f->ends.near[i] == BD_BESIDE_HIDDEN;
+    return hidden < f->inputs->rays ? (float)f->inputs->rays / (float)(f->inputs->rays - hidden)
+                                    : 0;
+}
+
+static void add_cells(const struct far *f, uint32_t group, uint32_t ray, float part)
+{
+    const uint32_t cell = f->ends.near[ray];
+    if (cell >= BD_BESIDE_HIDDEN) return;
+    const f3 light = f->inputs->cells->irradiance[cell];
     add(f, group, f->rays.lanes[ray],
         f3_scale(f3_mul(sent(f, ray, BD_FROM_EVERYWHERE), light), part / (float)f->inputs->rays));
 }
 
-static void tell_clamped_ray(const struct far *f, uint32_t group, uint32_t ray)
+static void tell_clamped_ray(const struct far *f, uint32_t group, uint32_t ray, float more)
 {
     const struct bd_ray_hit *hit = &f->rays.hits[ray];
     const float *d = f->rays.rays[ray].direction;
@@ -163,11 +176,11 @@ static void tell_clamped_ray(const struct far *f, uint32_t group, uint32_t ray)
     const float part = came_through(f, ray) ? 1 : taken_off(f, group, ray, &at);
     if (part == 0) return;
     const float pdf = pdf_of_asking(f, ray, part);
-    if (f->inputs->cells) add_cells(f, group, ray, part, &at);
+    if (f->inputs->cells) add_cells(f, group, ray, part * more);
     if (pdf > 0) ask_first_light(f, group, ray, part, pdf, &at);
 }
 
-static void tell_ray(const struct far *f, uint32_t group, uint32_t ray)
+static void tell_ray(const struct far *f, uint32_t group, uint32_t ray, float more)
 {
     const struct bd_far_inputs *in = f->inputs;
     const struct bd_ray_hit *hit = &f->rays.hits[ray];
@@ -176,11 +189,10 @@ static void tell_ray(const struct far *f, uint32_t group, uint32_t ray)
     if (hit->triangle == BD_NO_TRIANGLE) return;
     const float part = came_through(f, ray) ? 1 : left_out(f, hit->distance);
     const float pdf = pdf_of_asking(f, ray, part);
-    if ((!in->cells && pdf == 0) || !bd_surface_hit_at(&f->surfaces, hit->triangle, hit->u, hit->v,
-                                                       f3_of(d[0], d[1], d[2]), &at))
-        return;
-    if (in->cells) add_cells(f, group, ray, 1, &at);
-    if (pdf > 0) ask_first_light(f, group, ray, part, pdf, &at);
+    if (in->cells) add_cells(f, group, ray, more);
+    if (pdf > 0 && bd_surface_hit_at(&f->surfaces, hit->triangle, hit->u, hit->v,
+                                     f3_of(d[0], d[1], d[2]), &at))
+        ask_first_light(f, group, ray, part, pdf, &at);
 }
 
 // Of what came round by glass. A ray stands for pi over their number of its receiver's directions.
@@ -194,16 +206,27 @@ static void add_emission(const struct far *f, uint32_t group, uint32_t ray)
     add(f, group, f->rays.lanes[ray], f3_scale(radiance, F_PI / (float)f->inputs->rays));
 }
 
+// Rays from `first` on are of a receiver; returns where the next one's begin.
+static uint32_t tell_receiver(const struct far *f, uint32_t group, uint32_t first, uint32_t end)
+{
+    const uint8_t receiver = f->rays.lanes[first] / HALVES;
+    uint32_t next = first;
+    while (next < end && f->rays.lanes[next] / HALVES == receiver) next++;
+    const float more = more_of_known(f, first, next);
+    for (uint32_t i = first; i < next; i++) {
+        if (f->rays.ways && !f->rays.ways[i].straight) add_emission(f, group, i);
+        if (f->inputs->glass == BD_GLASS_SHOWS_SKY) continue;
+        f->inputs->clamp > 0 ? tell_clamped_ray(f, group, i, more) : tell_ray(f, group, i, more);
+    }
+    return next;
+}
+
 static void tell_group(void *user, uint32_t group)
 {
     const struct far *f = user;
-    const uint32_t first = f->rays.first_ray[group];
+    const uint32_t end = f->rays.first_ray[group] + f->rays.ray_count[group];
     f->place_count[group] = 0;
-    for (uint32_t i = first; i < first + f->rays.ray_count[group]; i++) {
-        if (f->rays.ways && !f->rays.ways[i].straight) add_emission(f, group, i);
-        if (f->inputs->glass == BD_GLASS_SHOWS_SKY) continue;
-        f->inputs->clamp > 0 ? tell_clamped_ray(f, group, i) : tell_ray(f, group, i);
-    }
+    for (uint32_t i = f->rays.first_ray[group]; i < end;) i = tell_receiver(f, group, i, end);
 }
 
 // Of all groups, side by side.
@@ -247,9 +270,9 @@ static bool face_each_other(const struct far *f, const struct asker *asker, uint
 // That is among those of the receivers, or BD_NO_CELL.
 static uint32_t cell_of(const struct far *f, uint32_t place)
 {
-    const struct bd_surface_point *at = &f->places[place];
     if (!f->inputs->sights) return BD_NO_CELL;
-    return bd_irradiance_cells_find(f->inputs->sights->cells, at->position, at->normal);
+    const uint32_t cell = f->ends.near[f->askers[place].ray];
+    return cell < BD_BESIDE_HIDDEN ? cell : BD_NO_CELL;
 }
 
 static void find_points(void *user, uint32_t group)
@@ -390,6 +413,9 @@ static enum bd_err light_part(void *user, const struct bd_receiver_part *part)
     enum bd_err err = make_room(f, part->group_count);
     if (!err)
         err = bd_cosine_rays_trace(&f->context, &f->rays, part, f->inputs->visibility, f->detail);
+    if (!err && f->ends.cells)
+        err = bd_beside_find(&f->context, &f->ends, f->rays.rays, f->rays.hits, f->rays.count,
+                             &f->rays.traced, f->detail);
     bd_slicer_work(f->context.slicer, "far");
     if (!err)
         err = bd_receivers_each(&f->context, part->group_count, UNITS_PER_HIT * rays_of_group(f),
@@ -423,6 +449,9 @@ static enum bd_err run(const struct bd_pass_context *context, const struct bd_fa
                  .reach = inputs->clamp > 0 && !inputs->glass ? 1 / sqrtf(inputs->clamp) : 0,
                  .needs_none = inputs->screen ? screen_is_enough : NULL,
                  .user = inputs},
+        .ends = {.cells = inputs->sights ? inputs->sights->cells : inputs->cells,
+                 .visibility = inputs->visibility,
+                 .surfaces = &f.surfaces},
         .of_points = of_points,
         .detail = detail,
     };
@@ -438,6 +467,7 @@ static enum bd_err run(const struct bd_pass_context *context, const struct bd_fa
     bd_ray_counts_add(traced, f.rays.traced);
     bd_surface_hits_finish(&f.surfaces);
     bd_cosine_rays_finish(&f.rays);
+    bd_beside_finish(&f.ends);
     free(f.places);
     free(f.askers);
     free(f.irradiance);

@@ -5,10 +5,12 @@
 #include <string.h>
 
 #include "base/assert.h"
+#include "kernel/all_channels.h"
 #include "kernel/lift.h"
 #include "lights/directions.h"
 #include "lights/sequence.h"
 #include "lights/surface_hits.h"
+#include "pass/beside.h"
 #include "pass/brushed.h"
 #include "pass/gather_native.h"
 #include "pass/lobe.h"
@@ -71,6 +73,7 @@ struct gloss {
     struct bd_ray_hit *hits;
     struct bd_way *ways; // in scenes with glass; else NULL, as are the rays' numbers
     uint32_t *numbers;
+    struct bd_beside ends;           // cells that stand for those of rays, where there are cells
     struct bd_brushed_way *brushed;  // of each ray, with glass
     f3 *of_brushed;                  // what those bring
     struct bd_surface_point *places; // `triangle` BD_NO_TRIANGLE: nothing that sends light
@@ -326,8 +329,27 @@ static f3 sent(const struct gloss *g, uint32_t i, float cosine)
     return f3_scale(diffuse, 1 / F_PI);
 }
 
+static bool is_of(const struct gloss *g, uint32_t ray, uint32_t pixel)
+{
+    return g->shares[ray].pixel == pixel;
+}
+
+// Rays from `first` on are of a pixel. Those whose cells are all hidden count as the others do.
+// Beyond diffuse light there may be less than nothing.
+static float more_of_known(const struct gloss *g, uint32_t first, uint32_t end)
+{
+    float all = 0, known = 0;
+    if (!g->inputs->cells) return 0;
+    for (uint32_t i = first; i < end && is_of(g, i, g->shares[first].pixel); i++) {
+        const float size = all_channels(f3_abs(g->shares[i].beyond));
+        all += size;
+        if (g->ends.near[i] != BD_BESIDE_HIDDEN) known += size;
+    }
+    return known > 0 ? all / known : 0;
+}
+
 // What is sent to the ray from where it ends.
-static f3 light_of_place(const struct gloss *g, uint32_t i)
+static f3 light_of_place(const struct gloss *g, uint32_t i, float more_of_cells)
 {
     const struct bd_surface_point *at = &g->places[i];
     if (at->triangle == BD_NO_TRIANGLE) return f3_of(0, 0, 0);
@@ -336,7 +358,8 @@ static f3 light_of_place(const struct gloss *g, uint32_t i)
     f3 light = f3_add(g->seen[i], f3_mul(g->irradiance[i], sent(g, i, cosine)));
     if (g->ways && bd_brushed_ends(&g->brushed[i], &g->ways[i])) light = f3_of(0, 0, 0);
     f3 more = f3_of(0, 0, 0);
-    if (in->cells) more = bd_irradiance_cells_look(in->cells, at->position, at->normal);
+    if (in->cells && g->ends.near[i] < BD_BESIDE_HIDDEN)
+        more = f3_scale(in->cells->irradiance[g->ends.near[i]], more_of_cells);
     if (in->caustics)
         more = f3_add(more, bd_photon_map_look(in->caustics, at->position, at->normal, 0));
     if (in->photons)
@@ -361,10 +384,12 @@ static f3 emission_of(const struct gloss *g, uint32_t i)
 static void reflect_group(void *user, uint32_t group)
 {
     const struct gloss *g = user;
-    const uint32_t first = g->first_ray[group];
-    for (uint32_t i = first; i < first + g->ray_count[group]; i++) {
+    const uint32_t first = g->first_ray[group], end = first + g->ray_count[group];
+    float more = 0;
+    for (uint32_t i = first; i < end; i++) {
         const struct bd_way *way = g->ways ? &g->ways[i] : &bd_way_begins;
-        f3 light = f3_add(f3_mul(way->weight, light_of_place(g, i)), emission_of(g, i));
+        if (i == first || !is_of(g, i, g->shares[i - 1].pixel)) more = more_of_known(g, i, end);
+        f3 light = f3_add(f3_mul(way->weight, light_of_place(g, i, more)), emission_of(g, i));
         if (g->ways) light = f3_add(light, g->of_brushed[i]);
         g->irradiance[i] = f3_mul(light, g->shares[i].beyond);
     }
@@ -436,6 +461,9 @@ static enum bd_err light_part(void *user, const struct bd_receiver_part *part)
         err =
             bd_receivers_each(&g->context, part->group_count, UNITS_PER_HIT * rays, place_group, g);
     if (!err) err = light_places(g);
+    if (!err && in->cells)
+        err = bd_beside_find(&g->context, &g->ends, g->rays, g->hits, g->count, &g->traced,
+                             g->detail);
     bd_slicer_work(g->context.slicer, "gloss");
     if (!err)
         err = bd_receivers_each(&g->context, part->group_count, UNITS_PER_HIT * rays, reflect_group,
@@ -513,6 +541,7 @@ static enum bd_err run_of(struct asked asked, const struct bd_pass_context *cont
         .width_px = gather->viewpoint->width_px,
         .height_px = gather->viewpoint->height_px,
         .stride = bd_sequence_stride(inputs->rays / HALVES),
+        .ends = {.cells = inputs->cells, .visibility = inputs->visibility, .surfaces = &g.surfaces},
         .detail = detail,
     };
     g.context.processor = &g.processor;
@@ -522,6 +551,7 @@ static enum bd_err run_of(struct asked asked, const struct bd_pass_context *cont
     const enum bd_err err = run(&g, gather, indirect);
     bd_ray_counts_add(&indirect->rays, g.traced);
     bd_surface_hits_finish(&g.surfaces);
+    bd_beside_finish(&g.ends);
     free_all(&g);
     return err;
 }

@@ -123,8 +123,11 @@ static enum bd_err make_cells(struct cells *c, const f3 *own, uint32_t *of)
     if (c->inputs->projected && most > CELLS_BY_MAPS) most = CELLS_BY_MAPS;
     const enum bd_err err =
         bd_irradiance_cells_create(numbers, count, most, radius, &c->cells, c->detail);
-    for (uint32_t i = 0; !err && i < c->cells->count; i++)
+    for (uint32_t i = 0; !err && i < c->cells->count; i++) {
+        const struct bd_surface_point *place = &sides->places[of[c->cells->chosen[i]]];
         c->cells->chosen[i] = of[c->cells->chosen[i]];
+        c->cells->places[i] = (struct bd_cell_place){place->position, place->normal};
+    }
     free(numbers);
     return err;
 }

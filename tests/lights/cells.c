@@ -3,6 +3,7 @@
 #include "lights/irradiance_cells.h"
 #include "lights/sequence.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -44,6 +45,10 @@ static struct bd_irradiance_cells *cells_of(const struct place *places, uint32_t
     assert_int_equal(bd_irradiance_cells_create(numbers, count, most, RADIUS, &cells, &detail),
                      BD_ERR_OK);
     free(numbers);
+    for (uint32_t i = 0; i < cells->count; i++) {
+        const struct place *at = &places[cells->chosen[i]];
+        cells->places[i] = (struct bd_cell_place){at->position, at->normal};
+    }
     return cells;
 }
 
@@ -62,16 +67,14 @@ static void every_place_is_told_by_one_of_its_cell(void **state)
     struct place *places = all_places();
     struct bd_irradiance_cells *cells = cells_of(places, PLACES, MOST);
     assert_in_range(cells->count, MOST / 2, MOST);
-    for (uint32_t i = 0; i < cells->count; i++) cells->irradiance[i] = f3_of((float)i, 0, 0);
     for (uint32_t i = 0; i < cells->count; i++) {
         const struct place *of = &places[cells->chosen[i]];
-        assert_int_equal((uint32_t)bd_irradiance_cells_look(cells, of->position, of->normal).x, i);
+        assert_int_equal(bd_irradiance_cells_of(cells, of->position, of->normal), i);
         if (i > 0) assert_true(cells->first[i - 1] < cells->first[i]);
     }
     for (uint32_t i = 0; i < PLACES; i++) {
-        const f3 told = bd_irradiance_cells_look(cells, places[i].position, places[i].normal);
-        const struct place *of = &places[cells->chosen[(uint32_t)told.x]];
-        assert_true(f3_dot(of->normal, places[i].normal) > 0.5f);
+        const uint32_t by = bd_irradiance_cells_of(cells, places[i].position, places[i].normal);
+        assert_true(f3_dot(cells->places[by].normal, places[i].normal) > 0.5f);
     }
     bd_irradiance_cells_destroy(&cells);
     free(places);
@@ -94,10 +97,9 @@ static void more_cells_lie_where_more_rays_end(void **state)
     assert_true(within > on_the_floor / 3);
     uint32_t *told = calloc(cells->count, sizeof *told), most = 0;
     assert_non_null(told);
-    for (uint32_t i = 0; i < cells->count; i++) cells->irradiance[i] = f3_of((float)i, 0, 0);
     for (uint32_t i = 0; i < PLACES; i++) {
-        const f3 by = bd_irradiance_cells_look(cells, places[i].position, places[i].normal);
-        if (++told[(uint32_t)by.x] > most) most = told[(uint32_t)by.x];
+        const uint32_t by = bd_irradiance_cells_of(cells, places[i].position, places[i].normal);
+        if (++told[by] > most) most = told[by];
     }
     // A cell is divided in four on a plane: none has more than a few times its part.
     assert_true(most < 8 * PLACES / cells->count);
@@ -133,6 +135,48 @@ static void cells_stay_while_something_moves(void **state)
     free(later);
 }
 
+static float distance_to(const struct bd_irradiance_cells *cells, uint32_t cell, f3 position)
+{
+    const f3 way = f3_sub(cells->places[cell].position, position);
+    return sqrtf(f3_dot(way, way));
+}
+
+// The own one first, then all that lie about it; none that face another way.
+static void cells_about_a_place_are_its_neighbours(void **state)
+{
+    (void)state;
+    struct place *places = all_places();
+    struct bd_irradiance_cells *cells = cells_of(places, PLACES, MOST);
+    uint32_t few = 0;
+    for (uint32_t i = 0; i < PLACES; i++) {
+        const struct place *at = &places[i];
+        uint32_t about[BD_CELLS_ABOUT_MOST], own;
+        const uint32_t count =
+            bd_irradiance_cells_about(cells, at->position, at->normal, about, BD_CELLS_ABOUT_MOST);
+        assert_int_equal(bd_irradiance_cells_about(cells, at->position, at->normal, &own, 1), 1);
+        assert_int_equal(own, bd_irradiance_cells_of(cells, at->position, at->normal));
+        assert_true(count >= 1 && about[0] == own);
+        few += count < 4;
+        for (uint32_t k = 1; k < count; k++) {
+            assert_true(f3_dot(cells->places[about[k]].normal, at->normal) > 0.5f);
+            for (uint32_t j = 0; j < k; j++) assert_int_not_equal(about[j], about[k]);
+            if (k > 1)
+                assert_true(distance_to(cells, about[k - 1], at->position) <=
+                            distance_to(cells, about[k], at->position));
+        }
+    }
+    // In corners, and beside cells that are much larger.
+    assert_true(few < PLACES / 50);
+    // Where nobody was: of those next to it in their order.
+    uint32_t one;
+    const f3 off = f3_of(.5f, .05f, .5f);
+    assert_int_equal(bd_irradiance_cells_find(cells, off, f3_of(0, 1, 0)), BD_NO_CELL);
+    assert_int_equal(bd_irradiance_cells_about(cells, off, f3_of(0, 1, 0), &one, 1), 1);
+    assert_true(distance_to(cells, one, off) < 4);
+    bd_irradiance_cells_destroy(&cells);
+    free(places);
+}
+
 static void order_does_not_matter(void **state)
 {
     (void)state;
@@ -155,12 +199,17 @@ static void there_may_be_none_or_all_at_one_place(void **state)
     (void)state;
     struct bd_irradiance_cells *cells = cells_of(NULL, 0, MOST);
     assert_int_equal(cells->count, 0);
-    assert_true(bd_irradiance_cells_look(cells, f3_of(0, 0, 0), f3_of(0, 1, 0)).x == 0);
+    uint32_t about[BD_CELLS_ABOUT_MOST];
+    const f3 at = f3_of(0, 0, 0), up = f3_of(0, 1, 0);
+    assert_int_equal(bd_irradiance_cells_of(cells, at, up), BD_NO_CELL);
+    assert_int_equal(bd_irradiance_cells_about(cells, at, up, about, BD_CELLS_ABOUT_MOST), 0);
     bd_irradiance_cells_destroy(&cells);
     struct place same[50];
     for (int i = 0; i < 50; i++) same[i] = (struct place){f3_of(1, 1, 1), f3_of(0, 0, -1)};
     cells = cells_of(same, 50, MOST);
     assert_int_equal(cells->count, 1);
+    // As large as that of one.
+    assert_int_equal(bd_irradiance_cells_of(cells, f3_of(.9f, 1, 1.2f), f3_of(0, 0, -1)), 0);
     bd_irradiance_cells_destroy(&cells);
 }
 
@@ -170,6 +219,7 @@ int main(void)
         cmocka_unit_test(every_place_is_told_by_one_of_its_cell),
         cmocka_unit_test(more_cells_lie_where_more_rays_end),
         cmocka_unit_test(cells_stay_while_something_moves),
+        cmocka_unit_test(cells_about_a_place_are_its_neighbours),
         cmocka_unit_test(order_does_not_matter),
         cmocka_unit_test(there_may_be_none_or_all_at_one_place),
     };
