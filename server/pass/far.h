@@ -74,7 +74,6 @@ struct bd_far_inputs {
     // Where lamps' light lies behind glass, as first light does: virtual lights have it, rays what
     // those leave out of it, and nothing of lamps themselves. NULL: rays bring all.
     const struct bd_photon_map *caustics;
-    const struct bd_photon_map *photons; // of lobes alone: what all other light brings; or NULL
     // Of glass alone: virtual lights, in order, that light what it shows; or NULL.
     struct {
         const struct bd_vpl_list *list;

@@ -362,9 +362,7 @@ static f3 light_of_place(const struct gloss *g, uint32_t i, float more_of_cells)
         more = f3_scale(in->cells->irradiance[g->ends.near[i]], more_of_cells);
     if (in->caustics)
         more = f3_add(more, bd_photon_map_look(in->caustics, at->position, at->normal, 0));
-    if (in->photons)
-        more = f3_add(more, bd_photon_map_look(in->photons, at->position, at->normal, 0));
-    if (in->cells || in->caustics || in->photons)
+    if (in->cells || in->caustics)
         light = f3_add(light, f3_mul(more, sent(g, i, BD_FROM_EVERYWHERE)));
     return light;
 }

@@ -8,6 +8,7 @@
 #include "kernel/sent.h"
 #include "lights/directions.h"
 #include "lights/reflection.h"
+#include "pass/disk_cuts.h"
 #include "pass/f3_arrays.h"
 #include "pass/kernels.h"
 #include "pass/nearest.h"
@@ -21,10 +22,6 @@
 
 // Receivers at once, that rays are asked for.
 #define AT_ONCE 8192u
-// Over the disk's radius: what is lower cuts nothing off.
-#define LIFT 0.02f
-// A ray of the disk.
-#define UNITS_PER_CUT 20.0
 
 struct density {
     struct bd_pass_context context;
@@ -35,13 +32,9 @@ struct density {
     const struct bd_receiver_part *part;
     // Of a part's receivers, and of those that have photons near what stands on their disks.
     struct bd_photon_disk *disks;
-    uint32_t *first_cut; // of each; UINT32_MAX: nobody asked
-    uint32_t ray_count;
-    struct bd_ray *rays;
-    struct bd_ray_hit *met;
-    struct bd_disk_cut *cuts;
+    uint32_t *triangles;
+    struct bd_disk_cuts cuts;
     struct bd_surface_hits hits;
-    struct bd_ray_counts traced;
     bool of_rough;    // lobes of rough dielectrics are told, too
     bool of_mean;     // or what is reflected of them in the mean over those who look
     bool lobes_alone; // irradiance is not
@@ -70,67 +63,13 @@ static void find_disks(void *user, uint32_t group)
     for (uint32_t lane = 0; lane < BD_LANES; lane++) {
         const uint32_t i = group * BD_LANES + lane;
         c->disks[i] = (struct bd_photon_disk){.radius = 0};
+        c->triangles[i] = starts->triangle[lane];
         if (receivers->lit[lane] == 0 || i >= c->part->count) continue;
         const f3 position = f3_at(&starts->position, lane);
         const f3 normal = f3_at(&starts->normal_geometric, lane);
         c->disks[i] =
             bd_photon_disk_of(c->inputs->map, position, normal, pixel_radius(c, position, normal));
     }
-}
-
-// --- what stands on them ------------------------------------------------------------------------
-
-static void aim_round(struct density *c, uint32_t receiver)
-{
-    const struct bd_photon_disk *disk = &c->disks[receiver];
-    const struct bd_ray_starts *starts = &c->part->starts[receiver / BD_LANES];
-    const struct bd_basis basis = bd_basis_of(disk->normal);
-    const f3 from = f3_add(disk->position, f3_scale(disk->normal, LIFT * disk->radius));
-    for (uint32_t k = 0; k < BD_DISK_CUTS; k++) {
-        const float turn = 2 * F_PI * (float)k / BD_DISK_CUTS;
-        const f3 d = bd_from_basis(&basis, disk->normal, f3_of(cosf(turn), sinf(turn), 0));
-        c->rays[c->ray_count++] = (struct bd_ray){
-            .origin = {from.x, from.y, from.z},
-            .from_triangle = starts->triangle[receiver % BD_LANES],
-            .direction = {d.x, d.y, d.z},
-            .far = disk->radius,
-        };
-    }
-}
-
-static void find_cuts(void *user, uint32_t group)
-{
-    const struct density *c = user;
-    for (uint32_t i = group * BD_LANES; i < (group + 1) * BD_LANES && i < c->ray_count; i++) {
-        const struct bd_ray *ray = &c->rays[i];
-        const struct bd_ray_hit *hit = &c->met[i];
-        const f3 d = f3_of(ray->direction[0], ray->direction[1], ray->direction[2]);
-        struct bd_hit_triangle triangle;
-        c->cuts[i] = (struct bd_disk_cut){.normal = f3_of(0, 0, 0)};
-        if (hit->triangle == BD_NO_TRIANGLE ||
-            !bd_surface_hit_triangle(&c->hits, hit->triangle, &triangle))
-            continue;
-        const f3 from = f3_of(ray->origin[0], ray->origin[1], ray->origin[2]);
-        c->cuts[i].point = f3_add(from, f3_scale(d, hit->distance));
-        c->cuts[i].normal = f3_scale(triangle.normal, f3_dot(triangle.normal, d) > 0 ? -1 : 1);
-    }
-}
-
-static enum bd_err look_round(struct density *c)
-{
-    c->ray_count = 0;
-    for (uint32_t i = 0; i < c->part->group_count * BD_LANES; i++) {
-        const bool is_asked = c->inputs->visibility && c->disks[i].radius > 0;
-        c->first_cut[i] = is_asked ? c->ray_count : UINT32_MAX;
-        if (is_asked) aim_round(c, i);
-    }
-    if (c->ray_count == 0) return BD_ERR_OK;
-    enum bd_err err = bd_nearest_ask(&c->context, c->inputs->visibility, c->rays, c->ray_count,
-                                     c->met, &c->traced, c->detail);
-    bd_slicer_work(c->context.slicer, "photon disks");
-    return err ? err
-               : bd_receivers_each(&c->context, (c->ray_count + BD_LANES - 1) / BD_LANES,
-                                   UNITS_PER_CUT * BD_LANES, find_cuts, c);
 }
 
 // --- their light --------------------------------------------------------------------------------
@@ -237,8 +176,7 @@ static void tell_group(void *user, uint32_t group)
     const struct density *c = user;
     for (uint32_t i = group * BD_LANES; i < (group + 1) * BD_LANES; i++) {
         if (!(c->disks[i].radius > 0)) continue;
-        const struct bd_disk_cut *cuts =
-            c->first_cut[i] == UINT32_MAX ? NULL : c->cuts + c->first_cut[i];
+        const struct bd_disk_cut *cuts = bd_disk_cuts_of(&c->cuts, i);
         if (has_lobe(c, i))
             tell_lobe(c, i, cuts);
         else if (c->of_mean)
@@ -251,14 +189,10 @@ static void tell_group(void *user, uint32_t group)
 static enum bd_err make_room(struct density *c)
 {
     const size_t receivers = (size_t)c->part->group_count * BD_LANES;
-    const size_t rays = receivers * BD_DISK_CUTS;
     if (c->disks) return BD_ERR_OK; // the first part is the largest
     c->disks = malloc(receivers * sizeof *c->disks);
-    c->first_cut = malloc(receivers * sizeof *c->first_cut);
-    c->rays = malloc(rays * sizeof *c->rays);
-    c->met = malloc(rays * sizeof *c->met);
-    c->cuts = malloc(rays * sizeof *c->cuts);
-    if (c->disks && c->first_cut && c->rays && c->met && c->cuts) return BD_ERR_OK;
+    c->triangles = malloc(receivers * sizeof *c->triangles);
+    if (c->disks && c->triangles) return BD_ERR_OK;
     return bd_err_set(c->detail, BD_ERR_NO_MEMORY, "photons", "no memory for disks of photons");
 }
 
@@ -271,7 +205,9 @@ static enum bd_err light_part(void *user, const struct bd_receiver_part *part)
     if (!err)
         err = bd_receivers_each(&c->context, part->group_count, UNITS_PER_DISK * BD_LANES,
                                 find_disks, c);
-    if (!err) err = look_round(c);
+    if (!err)
+        err = bd_disk_cuts_find(&c->context, &c->cuts, c->disks, c->triangles,
+                                part->group_count * BD_LANES, c->detail);
     bd_slicer_work(c->context.slicer, "photon density");
     return err ? err
                : bd_receivers_each(&c->context, part->group_count, UNITS_PER_LOOK * BD_LANES,
@@ -286,6 +222,8 @@ static enum bd_err run(struct density *c, struct bd_receivers_inputs *receivers,
     c->space = receivers->askers.space;
     c->eye = bd_render_from_world(c->space, c->viewpoint->position_m);
     c->context.processor = &processor;
+    c->cuts.visibility = c->inputs->visibility;
+    c->cuts.surfaces = &c->hits;
     bd_surface_hits_init(&c->hits, c->inputs->snapshot);
     receivers->pass = c->inputs->pass;
     receivers->starts = true;
@@ -293,13 +231,11 @@ static enum bd_err run(struct density *c, struct bd_receivers_inputs *receivers,
     receivers->light = light_part;
     receivers->user = c;
     const enum bd_err err = bd_receivers_run(&c->context, receivers, c->detail);
-    bd_ray_counts_add(traced, c->traced);
+    bd_ray_counts_add(traced, c->cuts.traced);
     bd_surface_hits_finish(&c->hits);
     free(c->disks);
-    free(c->first_cut);
-    free(c->rays);
-    free(c->met);
-    free(c->cuts);
+    free(c->triangles);
+    bd_disk_cuts_finish(&c->cuts);
     return err;
 }
 

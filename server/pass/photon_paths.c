@@ -11,6 +11,7 @@
 #include "pass/landed.h"
 #include "pass/nearest.h"
 #include "pass/onward.h"
+#include "pass/photon_cells.h"
 #include "pass/punctual_photons.h"
 #include "pass/receivers.h"
 #include "pass/sky_photons.h"
@@ -385,6 +386,17 @@ static enum bd_err make_map(struct paths *p, struct bd_photon_map **out)
                          p->landed_count, &how, out, p->detail);
 }
 
+static enum bd_err make_cells(struct paths *p, const struct bd_photon_map *map,
+                              struct bd_irradiance_cells **out)
+{
+    const struct bd_photon_cells_inputs cells = {.photons = p->landed,
+                                                 .count = p->landed_count,
+                                                 .map = map,
+                                                 .visibility = p->inputs->visibility,
+                                                 .surfaces = &p->hits};
+    return bd_photon_cells_run(&p->context, &cells, out, p->detail);
+}
+
 static enum bd_err make_room(struct paths *p)
 {
     p->rays = malloc(AT_ONCE * sizeof *p->rays);
@@ -407,15 +419,17 @@ static enum bd_err make_room(struct paths *p)
 
 enum bd_err bd_photon_paths_run(const struct bd_pass_context *context,
                                 const struct bd_photon_paths_inputs *inputs,
-                                struct bd_photon_map **out, struct bd_photon_account *account,
-                                struct bd_err_detail *detail)
+                                struct bd_photon_map **out, struct bd_irradiance_cells **cells,
+                                struct bd_photon_account *account, struct bd_err_detail *detail)
 {
     struct paths p = {.context = *context, .inputs = inputs, .every = 1, .detail = detail};
     *out = NULL;
+    *cells = NULL;
     bd_surface_hits_init(&p.hits, inputs->snapshot);
     enum bd_err err = make_room(&p);
     if (!err) err = shine_all(&p);
     if (!err) err = make_map(&p, out);
+    if (!err && !inputs->lambert) err = make_cells(&p, *out, cells);
     bd_surface_hits_finish(&p.hits);
     *account = p.account;
     void *arrays[] = {p.rays,    p.photons, p.met,     p.landing, p.lands,

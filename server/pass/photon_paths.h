@@ -18,6 +18,7 @@
 #define BD_PASS_PHOTON_PATHS_H
 
 #include "lights/area_lights.h"
+#include "lights/irradiance_cells.h"
 #include "lights/photon_map.h"
 #include "pass/pass.h"
 #include "pass/visibility.h"
@@ -46,11 +47,12 @@ struct bd_photon_account {
     double sent, left, absorbed, lost, dropped;
 };
 
-// A map of those that land.
+// A map of those that land, and cells of it for lobes (pass/photon_cells.h); NULL where surfaces
+// have none.
 BD_MUST_CHECK
 enum bd_err bd_photon_paths_run(const struct bd_pass_context *context,
                                 const struct bd_photon_paths_inputs *inputs,
-                                struct bd_photon_map **out, struct bd_photon_account *account,
-                                struct bd_err_detail *detail);
+                                struct bd_photon_map **out, struct bd_irradiance_cells **cells,
+                                struct bd_photon_account *account, struct bd_err_detail *detail);
 
 #endif

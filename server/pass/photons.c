@@ -29,7 +29,8 @@ static enum bd_err send_all(const struct bd_pass_context *context,
         .seed = in->seed,
     };
     struct bd_photon_account account;
-    const enum bd_err err = bd_photon_paths_run(context, &paths, &out->global, &account, detail);
+    const enum bd_err err =
+        bd_photon_paths_run(context, &paths, &out->global, &out->cells, &account, detail);
     out->flux_sent = account.sent;
     out->flux_lost = account.left + account.lost;
     return err;
@@ -76,6 +77,7 @@ void bd_photons_destroy(struct bd_gpu *gpu, struct bd_photons **photons)
     if (!*photons) return;
     bd_photon_map_destroy(&(*photons)->global);
     bd_photon_map_destroy(&(*photons)->caustics);
+    bd_irradiance_cells_destroy(&(*photons)->cells);
     free(*photons);
     *photons = NULL;
 }
@@ -83,6 +85,7 @@ void bd_photons_destroy(struct bd_gpu *gpu, struct bd_photons **photons)
 uint64_t bd_photons_bytes(const struct bd_photons *photons)
 {
     uint64_t bytes = sizeof *photons + bd_photon_map_bytes(photons->global);
+    if (photons->cells) bytes += bd_irradiance_cells_bytes(photons->cells);
     if (photons->caustics) bytes += bd_photon_map_bytes(photons->caustics);
     return bytes;
 }

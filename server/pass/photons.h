@@ -11,6 +11,7 @@
 #define BD_PASS_PHOTONS_H
 
 #include "lights/area_lights.h"
+#include "lights/irradiance_cells.h"
 #include "lights/photon_map.h"
 #include "pass/pass.h"
 #include "pass/visibility.h"
@@ -36,6 +37,7 @@ struct bd_photons_inputs {
 
 struct bd_photons {
     struct bd_photon_map *global;
+    struct bd_irradiance_cells *cells; // of the former; NULL: no lobe looks
     struct bd_photon_map *caustics; // NULL: not asked for, or nobody sends any
     double flux_sent, flux_lost;    // of the former; what met nothing, in the end
 };

@@ -24,20 +24,25 @@ static const struct bd_photon_map *caustics_of(const struct bd_technique_inputs 
     return inputs->light_paths->caustics;
 }
 
+static const struct bd_irradiance_cells *cells_of(const struct bd_technique_inputs *inputs)
+{
+    if (inputs->photons) return inputs->photons->cells;
+    return inputs->points ? inputs->points->cells : inputs->cells;
+}
+
 struct bd_far_inputs bd_far_of(const struct bd_technique_inputs *inputs,
                                const struct bd_visibility_inputs *visibility, uint32_t rays)
 {
     return (struct bd_far_inputs){
         .snapshot = inputs->snapshot,
         .visibility = visibility,
-        .cells = inputs->points ? inputs->points->cells : inputs->cells,
+        .cells = cells_of(inputs),
         .first = inputs->first_light,
         .rays = rays,
         .seed = inputs->seed_of_sub_frame,
         .sends = inputs->params->lambert ? BD_SENDS_LAMBERT : BD_SENDS_ALL,
         .glass = inputs->glass ? BD_GLASS_PASSES : BD_GLASS_HIDES,
         .caustics = caustics_of(inputs),
-        .photons = inputs->photons ? inputs->photons->global : NULL,
     };
 }
 

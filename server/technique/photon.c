@@ -1,7 +1,7 @@
 // Technique `photon` (algorithms.md A5): light of all kinds, reflected any number of times, as the
 // density of photons where they land. Blocks of pixels in which nothing jumps are told once, and
 // interpolated between; caustics and specular lobes are told at every pixel, the latter by rays
-// that end among photons.
+// that end in cells of photons.
 //
 // Paper:  Yao, Wang, Chan, Yong and Paul 2010. Beyond it: density by a pilot's radius, whole at
 //         edges; roulette by flux; lamps of all kinds; glass that is seen and glass that is passed

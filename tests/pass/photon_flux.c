@@ -51,6 +51,7 @@ static struct bd_photon_account send(struct room *room, uint32_t reflections, do
     struct bd_err_detail detail = {0};
     struct bd_rays *rays;
     struct bd_photon_map *map;
+    struct bd_irradiance_cells *cells;
     struct bd_photon_account account;
     struct bd_scene *scene = room->stage->scene;
     const struct bd_rays_build build = {.repeated_max = BD_RAYS_REPEATED_MAX};
@@ -77,8 +78,9 @@ static struct bd_photon_account send(struct room *room, uint32_t reflections, do
                                                   .lambert = true,
                                                   .glass = true,
                                                   .radius = 0.1f};
-    check(bd_photon_paths_run(&own, &inputs, &map, &account, &detail), &detail);
+    check(bd_photon_paths_run(&own, &inputs, &map, &cells, &account, &detail), &detail);
     bd_photon_map_destroy(&map);
+    bd_irradiance_cells_destroy(&cells);
     bd_occluders_destroy(context.gpu, &occluders);
     bd_pool_destroy(&pool);
     stage_destroy(&room->stage);
