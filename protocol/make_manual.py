@@ -52,6 +52,8 @@ def message_of(name, comment, lines):
                 group, above = " ".join(above), []
             fields.append(new_field(field, above, group))
             above, begins = [], False
+        elif line.startswith("  reserved "):  # numbers of what is gone
+            above = []
         elif comment_line and len(comment_line[1]) > BEHIND:
             fields[-1]["what"] += " " + comment_line[2]
         elif comment_line:

@@ -55,8 +55,6 @@ static void print_technique(const Bounced__Technique *technique)
     if (technique->tolerance_indirect > 0)
         printf(", indirect %g %%", 100 * technique->tolerance_indirect);
     fputs(" against closed forms of its model", stdout);
-    if (technique->tolerance_leak > 0)
-        printf(", leaks %g %% through walls", 100 * technique->tolerance_leak);
     if (technique->tolerance_settings)
         bd_cli_print(stdout, ", at %s", technique->tolerance_settings);
     putchar('\n');

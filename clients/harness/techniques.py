@@ -39,7 +39,6 @@ class Technique:
     is_default: bool = False  # what is rendered where nobody says
     for_comparison: bool = False  # judged on less, where all techniques are judged at once
     tolerance_settings: dict = dataclasses.field(default_factory=dict)  # what the tolerances ask for
-    tolerance_leak: float = 0.0  # of the light before an opaque wall, what comes through
 
     def has(self, key):
         return key in self.parameters
@@ -66,8 +65,7 @@ def _technique(item):
         is_default=item.get("is_default", False),
         is_sampled=item.get("is_sampled", False),
         for_comparison=item.get("for_comparison", False),
-        tolerance_settings=settings_of(item.get("tolerance_settings", "")),
-        tolerance_leak=item.get("tolerance_leak", 0.0))
+        tolerance_settings=settings_of(item.get("tolerance_settings", "")))
 
 
 def parsed(text):

@@ -91,9 +91,6 @@ struct bd_tolerance {
     // "KEY=VALUE KEY=VALUE": what must be set for it, where the defaults leave light out by design.
     // NULL: at default parameters.
     const char *settings;
-    // Of the light on one side of an opaque wall, what comes through it: where light is told at
-    // points, the nearest one may lie before it. 0: nothing.
-    double leak;
 };
 
 struct bd_area_direct;

@@ -165,7 +165,6 @@ static Bounced__Technique *technique_message(const struct bd_technique *techniqu
     write_ladder(technique->ladder, out);
     BD_SET(out, tolerance_direct, technique->tolerance.direct);
     BD_SET(out, tolerance_indirect, technique->tolerance.indirect);
-    if (technique->tolerance.leak > 0) BD_SET(out, tolerance_leak, technique->tolerance.leak);
     if (technique->tolerance.settings)
         out->tolerance_settings = bd_answer_text(technique->tolerance.settings);
     out->hazard_codes = bd_answer_text(technique->hazard_codes);
