@@ -1,6 +1,6 @@
 // Sums over the points on a disk, of a colour that each has, by a parabola that is 1 in the disk's
-// middle and 0 at its edge (Epanechnikov 1969). What lies off the disk's plane counts as four times
-// as far.
+// middle and 0 at its edge (Epanechnikov 1969). What lies off the disk's plane counts as eight
+// times as far.
 //
 // Many points cost little: of a part of their tree that lies on the disk whole, its moments tell
 // what its points would, but for rounding. Those along the edge are looked at one by one.
@@ -16,7 +16,7 @@
 #include "lights/facing_trees.h"
 
 #define BD_DISK_FACES_ALIKE 0.7f // cosine: who faces otherwise is not on it
-#define BD_DISK_OFF_PLANE   4.0f
+#define BD_DISK_OFF_PLANE   8.0f
 
 struct bd_disk {
     f3 position, normal; // unit

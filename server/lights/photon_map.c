@@ -13,12 +13,17 @@
 #define NEARLY     1.5f // standard deviations of points by chance
 // That a whole disk has at least, for them to say anything.
 #define POINTS_LEAST 12
+// Disks that hold so many times as many photons as they should shrink, so often at most, to no less
+// than that part of their area at once.
+#define TOO_MANY     1.5f
+#define SHRINKS      8
+#define SHRINK_LEAST 0.25f
 // Of a photon's way to the normal: what grazes tells other normals too much.
 #define COSINE_LEAST 0.05f
 
 struct bd_photon_map {
     struct bd_facing_trees photons, surfaces;
-    struct bd_disk_sums flux_sums, vector_sums, surface_sums;
+    struct bd_disk_sums flux_sums, vector_sums, count_sums, surface_sums;
     // Of photons.
     f3 *flux, *vector;
     bool *is_met, *is_by_brushed;
@@ -62,6 +67,7 @@ static enum bd_err plant(struct bd_photon_map *map, const struct bd_photon *phot
     if (!err) err = bd_facing_trees_init(&map->photons, &points, pause, user, detail);
     if (!err) err = bd_disk_sums_init(&map->flux_sums, &map->photons, map->flux, detail);
     if (!err) err = bd_disk_sums_init(&map->vector_sums, &map->photons, map->vector, detail);
+    if (!err) err = bd_disk_sums_init(&map->count_sums, &map->photons, NULL, detail);
     free(points.points);
     return err;
 }
@@ -92,6 +98,7 @@ void bd_photon_map_destroy(struct bd_photon_map **map)
     if (!m) return;
     bd_disk_sums_finish(&m->flux_sums);
     bd_disk_sums_finish(&m->vector_sums);
+    bd_disk_sums_finish(&m->count_sums);
     bd_disk_sums_finish(&m->surface_sums);
     bd_facing_trees_finish(&m->photons);
     bd_facing_trees_finish(&m->surfaces);
@@ -109,7 +116,8 @@ uint64_t bd_photon_map_bytes(const struct bd_photon_map *map)
         sizeof *map->flux + sizeof *map->vector + sizeof *map->is_met + sizeof *map->is_by_brushed;
     return sizeof *map + map->photons.count * each + bd_facing_trees_bytes(&map->photons) +
            bd_facing_trees_bytes(&map->surfaces) + bd_disk_sums_bytes(&map->flux_sums) +
-           bd_disk_sums_bytes(&map->vector_sums) + bd_disk_sums_bytes(&map->surface_sums);
+           bd_disk_sums_bytes(&map->vector_sums) + bd_disk_sums_bytes(&map->count_sums) +
+           bd_disk_sums_bytes(&map->surface_sums);
 }
 
 // --- a place ------------------------------------------------------------------------------------
@@ -202,11 +210,35 @@ static float radius2_of(const struct bd_photon_map *map, const struct search *pi
     return f_min(f_max(pilot->disk.within2 * wider_of(map), least * least), most2);
 }
 
+// Photons that a disk holds, by a parabola: a half of them where they are even.
+static float held_by(const struct bd_photon_map *map, const struct bd_disk *at, float radius2)
+{
+    const struct bd_disk disk = {at->position, at->normal, radius2};
+    return 2 * bd_disk_sums_of(&map->count_sums, &disk, NULL).x;
+}
+
+// Where photons are much denser a little farther off, the pilot's disk holds too many of those, and
+// tells of there: it shrinks until it holds as many as it should, to the pilot's own at most.
+static float shrunk(const struct bd_photon_map *map, const struct search *pilot, float radius2,
+                    float least)
+{
+    const float enough = f_max((float)map->how.near, BD_PHOTONS_NEAR);
+    const float least2 = f_min(f_max(least * least, pilot->disk.within2), radius2);
+    if (pilot->count < BD_PHOTONS_NEAR || map->how.radius > 0) return radius2;
+    for (int turn = 0; turn < SHRINKS && radius2 > least2; turn++) {
+        const float held = held_by(map, &pilot->disk, radius2);
+        if (held <= TOO_MANY * enough) break;
+        radius2 = f_max(radius2 * f_max(enough / held, SHRINK_LEAST), least2);
+    }
+    return radius2;
+}
+
 struct bd_photon_disk bd_photon_disk_of(const struct bd_photon_map *map, f3 position, f3 normal,
                                         float least)
 {
     const struct search pilot = pilot_of(map, position, normal, least);
-    return (struct bd_photon_disk){position, normal, f_sqrt(radius2_of(map, &pilot, least))};
+    const float radius2 = shrunk(map, &pilot, radius2_of(map, &pilot, least), least);
+    return (struct bd_photon_disk){position, normal, f_sqrt(radius2)};
 }
 
 static struct bd_disk on_of(const struct bd_photon_disk *disk)
@@ -272,7 +304,8 @@ static f3 sum_of_pilot(const struct bd_photon_map *map, const struct search *pil
 f3 bd_photon_map_look(const struct bd_photon_map *map, f3 position, f3 normal, float least)
 {
     const struct search pilot = pilot_of(map, position, normal, least);
-    const struct bd_disk on = {position, normal, radius2_of(map, &pilot, least)};
+    const float radius2 = shrunk(map, &pilot, radius2_of(map, &pilot, least), least);
+    const struct bd_disk on = {position, normal, radius2};
     if (!(on.within2 > 0)) return f3_of(0, 0, 0);
     const f3 flux = on.within2 == pilot.disk.within2 ? sum_of_pilot(map, &pilot)
                                                      : bd_disk_sums_of(&map->flux_sums, &on, NULL);

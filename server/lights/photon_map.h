@@ -3,7 +3,8 @@
 //
 // At a place those nearest that face alike tell it, by a parabola over the disk that holds them:
 // unbiased where their density is even, smooth as far as it is not. What lies off the place's plane
-// counts as four times as far. How large the disk is BD_PHOTONS_NEAR of them tell.
+// counts as eight times as far. How large the disk is BD_PHOTONS_NEAR of them tell; it shrinks
+// where it then holds too many, of a brighter place farther off.
 //
 // Of a disk that reaches past a surface's edge, or over a bend, that part counts which points of
 // all surfaces say is there: else edges are half as bright, and corners a quarter.

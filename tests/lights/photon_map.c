@@ -253,9 +253,35 @@ static void photons_tell_whence_they_came(void **state)
     free(photons);
 }
 
+// A focus beside it, a hundred times as dense, is no light of a place that it does not reach.
+static void a_bright_place_farther_off_is_not_told(void **state)
+{
+    (void)state;
+    const f3 at = f3_of(0.53f, 0.65f, 0), up = f3_of(0, 0, 1);
+    struct bd_photon *photons = realloc(even_photons(), 2 * COUNT * sizeof *photons);
+    assert_non_null(photons);
+    for (uint32_t i = 0; i < COUNT; i++) {
+        photons[COUNT + i] = photons[i];
+        photons[COUNT + i].position =
+            f3_add(f3_of(0.6f, 0.6f, 0), f3_scale(photons[i].position, 0.1f));
+    }
+    const struct bd_photon_map_how how = {.reach = REACH, .near = 1024};
+    struct bd_photon_map *even = map_made(photons, COUNT, how);
+    struct bd_photon_map *both = map_made(photons, 2 * COUNT, how);
+    const float alone = bd_photon_map_look(even, at, up, 0).x,
+                beside = bd_photon_map_look(both, at, up, 0).x;
+    print_message("    %.3f, and beside it %.3f\n", (double)alone, (double)beside);
+    assert_float_equal(alone, 3, 0.3);
+    assert_float_equal(beside, alone, 0.5 * alone); // 28 while disks were the pilot's
+    bd_photon_map_destroy(&even);
+    bd_photon_map_destroy(&both);
+    free(photons);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_bright_place_farther_off_is_not_told),
         cmocka_unit_test(even_light_is_what_it_is),
         cmocka_unit_test(a_focus_keeps_its_flux),
         cmocka_unit_test(few_tell_what_they_have),
