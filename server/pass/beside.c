@@ -29,8 +29,7 @@ void bd_beside_finish(struct bd_beside *b)
                             .surfaces = b->surfaces};
 }
 
-static enum bd_err make_room(struct bd_beside *b, uint32_t count,
-                             struct bd_err_detail *detail)
+static enum bd_err make_room(struct bd_beside *b, uint32_t count, struct bd_err_detail *detail)
 {
     const size_t segments = 2 * (size_t)count;
     if (count <= b->room) return BD_ERR_OK;
@@ -189,9 +188,8 @@ static void keep_hidden(struct bd_beside *b)
 }
 
 enum bd_err bd_beside_find(const struct bd_pass_context *context, struct bd_beside *b,
-                                  const struct bd_ray *rays, const struct bd_ray_hit *hits,
-                                  uint32_t count, struct bd_ray_counts *traced,
-                                  struct bd_err_detail *detail)
+                           const struct bd_ray *rays, const struct bd_ray_hit *hits, uint32_t count,
+                           struct bd_ray_counts *traced, struct bd_err_detail *detail)
 {
     enum bd_err err = make_room(b, count, detail);
     b->rays = rays;

@@ -52,10 +52,9 @@ struct bd_beside {
 // On the side that a ray comes to; nothing stands where it meets nothing that sends light on.
 // BD_ERR_NO_MEMORY.
 BD_MUST_CHECK
-enum bd_err bd_beside_find(const struct bd_pass_context *context,
-                                  struct bd_beside *beside, const struct bd_ray *rays,
-                                  const struct bd_ray_hit *hits, uint32_t count,
-                                  struct bd_ray_counts *traced, struct bd_err_detail *detail);
+enum bd_err bd_beside_find(const struct bd_pass_context *context, struct bd_beside *beside,
+                           const struct bd_ray *rays, const struct bd_ray_hit *hits, uint32_t count,
+                           struct bd_ray_counts *traced, struct bd_err_detail *detail);
 void bd_beside_finish(struct bd_beside *beside);
 
 #endif

@@ -322,8 +322,7 @@ enum bd_err bd_map_rays_run(const struct bd_pass_context *context, struct bd_map
     enum bd_err err = bd_receivers_each(context, groups, UNITS_PER_RAY * rays, aim_group, r);
     if (!err) err = trace(context, r, detail);
     if (!err)
-        err = bd_beside_find(context, &r->beside, r->rays, r->hits, r->count, &r->traced,
-                                    detail);
+        err = bd_beside_find(context, &r->beside, r->rays, r->hits, r->count, &r->traced, detail);
     bd_slicer_work(context->slicer, "map rays bring");
     if (!err) err = bd_receivers_each(context, groups, UNITS_PER_END * rays, correct_group, r);
     return err;

@@ -16,9 +16,9 @@
 
 #include "lights/microbuffer.h"
 #include "lights/surface_hits.h"
+#include "pass/beside.h"
 #include "pass/onward.h"
 #include "pass/point_gather.h"
-#include "pass/beside.h"
 #include "pass/receivers.h"
 
 // All zeroes but for what is set at first.

@@ -5,8 +5,8 @@
 #include "base/assert.h"
 #include "kernel/all_channels.h"
 #include "lights/microbuffer.h"
-#include "pass/cosine_rays.h"
 #include "pass/beside.h"
+#include "pass/cosine_rays.h"
 #include "pass/receivers.h"
 
 // How a place projects: less closely than pixels do, for its light is seen in the mean over many.
@@ -179,8 +179,8 @@ static enum bd_err see_part(void *user, const struct bd_receiver_part *part)
     enum bd_err err =
         bd_cosine_rays_trace(&l->context, &l->rays, part, l->inputs->visibility, l->detail);
     if (!err)
-        err = bd_beside_find(&l->context, &l->ends, l->rays.rays, l->rays.hits,
-                                    l->rays.count, &l->rays.traced, l->detail);
+        err = bd_beside_find(&l->context, &l->ends, l->rays.rays, l->rays.hits, l->rays.count,
+                             &l->rays.traced, l->detail);
     bd_slicer_work(l->context.slicer, "cells see");
     const double rays = (double)l->rays.count / part->group_count;
     if (!err)
