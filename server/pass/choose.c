@@ -46,7 +46,8 @@ enum bd_err bd_choose_all_room(struct bd_gpu *gpu, const struct bd_askers *asker
     for (uint32_t i = 0; i < list_count; i++)
         if (lists[i]->count > most) most = lists[i]->count;
     if (most > BD_VPLS_PER_SUM) most = BD_VPLS_PER_SUM;
-    const uint64_t asked = bd_askers_count_all(askers) * words_of(most) * 32;
+    // One more: a buffer is of something, where nobody asks, too.
+    const uint64_t asked = bd_askers_count_all(askers) * words_of(most) * 32 + 32;
     return bd_segments_create(gpu, asked < BD_SEGMENTS_MAX ? (size_t)asked : BD_SEGMENTS_MAX, out,
                               detail);
 }

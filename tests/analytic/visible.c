@@ -281,6 +281,26 @@ static void a_closed_room_is_black(void **state)
     }
 }
 
+// A picture that shows nothing: no block of it asks.
+static void a_view_past_everything_is_black(void **state)
+{
+    struct world *w = *state;
+    static const char *const settings[] = {"indirect_visibility=rays rays=1000000 executor=native",
+                                           "indirect_visibility=rays rays=1000000 executor=device"};
+    static const double eye[3] = {0, 0, 9}, past[3] = {0, 0, 20}, lamp[3] = {.2, .3, .1};
+    const double middle[3] = {0, 0, 0};
+    world_clear(w);
+    world_add_box_room(w, world_add_material(w, 0.7f), middle, 1);
+    world_add_light(w, BD_LIGHT_POINT, lamp, down, 1);
+    add_camera(w, eye, past, 1);
+    world_finish(w);
+    for (size_t i = 0; i < 2 * WAY_COUNT; i++) {
+        struct picture rays = render_by(w, &ways[i / 2], settings[i % 2], 0, 1);
+        if (mean(&rays) != 0) fail_msg("%s, %s", ways[i / 2].technique, settings[i % 2]);
+        finish(&rays);
+    }
+}
+
 #define SEEDS 40
 #define FEW   "indirect_visibility=rays rays=6 noise_filter=off"
 
@@ -546,6 +566,7 @@ int main(void)
         cmocka_unit_test(nothing_hides_nothing),
         cmocka_unit_test(a_curved_wall_hides_nothing_of_itself),
         cmocka_unit_test(a_closed_room_is_black),
+        cmocka_unit_test(a_view_past_everything_is_black),
         cmocka_unit_test(a_wall_hides_light),
         cmocka_unit_test(maps_hide_nearly_what_rays_do),
         cmocka_unit_test(few_rays_are_right_in_the_mean),
