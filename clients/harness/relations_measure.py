@@ -20,14 +20,15 @@ def relative(a, b, floor=FLOOR_EXACT):
     return np.where(np.isfinite(difference), difference, np.inf).max(axis=-1)
 
 
-def light_difference(a, b, factor=1.0, order=(0, 1, 2), mask=None, floor=FLOOR_EXACT):
-    """Largest relative difference over the layers of light, and the layer that has it.
+def light_difference(a, b, factor=1.0, order=(0, 1, 2), mask=None, floor=FLOOR_EXACT,
+                     layers=LIGHT_LAYERS):
+    """Largest relative difference over the layers, and the layer that has it.
 
     Expected of b is `factor` times a with a's channels in that order. Pixels where mask is True do
     not count.
     """
     worst, where = 0.0, "all"
-    for name in LIGHT_LAYERS:
+    for name in layers:
         expected = a.layer(name).astype(np.float64)[..., list(order)] * factor
         difference = relative(expected, b.layer(name), floor)
         if mask is not None:

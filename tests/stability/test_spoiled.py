@@ -26,6 +26,8 @@ RELATIONS = [
     ("by_the_lights", "direct", "split_lights"),
     ("by_the_triangles", "direct", "subdivision"),
     ("digits_lost_far_away", "direct", "translation"),
+    ("digits_lost_far_away", "many_light", "translation"),
+    ("by_the_axes", "many_light", "rotation"),
 ]
 ORACLES = [
     ("indirect_times_pi", "rsm", "D8 cube, rho = 0.5"),
