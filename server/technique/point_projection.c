@@ -122,7 +122,6 @@ const struct bd_technique bd_technique_point_projection = {
     .tolerance = {.direct = 1e-3, .indirect = 5e-2},
     .hazard_codes = "I",
     .ladder = ladder,
-    .for_comparison = true,
     .is_sampled = true,
     .indirect = light,
     .light_pixels = light_pixels,
