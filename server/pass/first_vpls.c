@@ -4,7 +4,10 @@
 #include <string.h>
 
 #include "kernel/all_channels.h"
+#include "kernel/brdf.h"
 #include "kernel/light.h"
+#include "lights/reflection.h"
+#include "lights/sent.h"
 #include "lights/sequence.h"
 #include "lights/surface_hits.h"
 #include "pass/emitter_photons.h"
@@ -34,6 +37,7 @@ struct photons {
     struct bd_way *ways;  // with glass; else NULL, as are numbers
     uint32_t *numbers;
     struct bd_vec4 (*lights)[BD_VPL_VEC4S];
+    struct bd_vec4 (*quads)[BD_VPL_QUAD_VEC4S];
 };
 
 // Others have their turn now and then.
@@ -104,6 +108,23 @@ static struct bd_vec4 vec4_of(f3 v)
     return (struct bd_vec4){v.x, v.y, v.z, 0};
 }
 
+// What the coat gets is what does not go on as at glass or a mirror (lights/interface.h).
+static void coat(const struct photons *p, uint32_t i, const struct bd_surface_point *at, f3 way,
+                 f3 sent, f3 flux)
+{
+    const float cosine = f3_dot(at->normal, way);
+    const struct bd_reflecting s = bd_reflecting_at(&p->hits, at, p->met[i].u, p->met[i].v);
+    const struct bd_sent_lobe lobe = bd_sent_lobe_from(s.roughness, cosine);
+    const f3 all = bd_sent_by_all(s.base_color, s.metallic, s.roughness, s.f0_dielectric, cosine);
+    const float stays = f_min(all_channels(sent) / f_max(all_channels(all), 1e-6f), 1);
+    if (s.metallic == 1) return;
+    p->lights[i][2].w = s.f0_dielectric * (lobe.white - lobe.grazing) + lobe.grazing;
+    p->quads[i][0] = vec4_of(way);
+    p->quads[i][0].w = -patch_roughness(s.roughness);
+    p->quads[i][1] = vec4_of(f3_scale(flux, stays * (1 - s.metallic)));
+    p->quads[i][1].w = s.f0_dielectric;
+}
+
 static void land(const struct photons *p, uint32_t i)
 {
     const struct bd_ray_hit *hit = &p->met[i];
@@ -112,14 +133,17 @@ static void land(const struct photons *p, uint32_t i)
     if (hit->triangle == BD_NO_TRIANGLE ||
         !bd_surface_hit_at(&p->hits, hit->triangle, hit->u, hit->v, f3_of(d[0], d[1], d[2]), &at))
         return;
-    const float cosine = -f3_dot(at.normal, f3_of(d[0], d[1], d[2]));
+    const f3 way = f3_of(-d[0], -d[1], -d[2]);
+    const float cosine = f3_dot(at.normal, way);
     // What goes on through glass ends at the rest of it by chance.
     const f3 diffuse = (p->ways ? bd_surface_hit_diffuse : bd_surface_hit_sent)(
         &p->hits, hit->triangle, hit->u, hit->v, p->inputs->sends, cosine);
     const float window = window_of_range(hit->distance, p->inverse_range[i]);
     p->lights[i][0] = vec4_of(at.position);
     p->lights[i][1] = vec4_of(at.normal);
-    p->lights[i][2] = vec4_of(f3_mul(diffuse, f3_scale(p->flux[i], window)));
+    const f3 flux = f3_scale(p->flux[i], window);
+    p->lights[i][2] = vec4_of(f3_mul(diffuse, flux));
+    if (p->inputs->sends != BD_SENDS_LAMBERT) coat(p, i, &at, way, diffuse, flux);
 }
 
 static void land_group(void *user, uint32_t group)
@@ -178,7 +202,8 @@ enum bd_err bd_first_vpls_run(const struct bd_pass_context *context,
                         .met = malloc((room + 1) * sizeof *p.met),
                         .flux = malloc((room + 1) * sizeof *p.flux),
                         .inverse_range = malloc((room + 1) * sizeof *p.inverse_range),
-                        .lights = lights};
+                        .lights = lights,
+                        .quads = quads};
     enum bd_err err = BD_ERR_OK;
     memset(lights, 0, room * sizeof *lights);
     memset(quads, 0, room * sizeof *quads);

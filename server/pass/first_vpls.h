@@ -7,6 +7,8 @@
 // fall, which goes faster than by chance as they become many (Sobol 1967). For soft lists
 // (pass/vpl_order.h): they have no areas.
 //
+// Plastic sends by its coat what comes to that (kernel/coat.h), the rest evenly.
+//
 // A function of the snapshot, these numbers and the seed. Cost: some 2 us of one core each.
 //
 // Keller 1997 (instant radiosity).

@@ -81,8 +81,8 @@ static void aim(const struct gather *g, const struct bd_ray_starts *starts, uint
     const struct bd_vec4 *vpl = &g->choice.vpls.vpls[(size_t)vpl_index * BD_VPL_VEC4S];
     const struct bd_vec4 *quad = &g->choice.vpls.quads[(size_t)vpl_index * BD_VPL_QUAD_VEC4S];
     const f3 from = f3_at(&starts->position, i);
-    const f3 to =
-        end_of_segment(f3_from(vpl), f3_from(quad), f3_from(quad + 1), vpl[2].w, quad[1].w);
+    const f3 to = end_of_segment(f3_from(vpl), f3_from(quad), f3_from(quad + 1), quad->w, vpl[2].w,
+                                 quad[1].w);
     const float lift = lift_of_segment(g->choice.view_reach, from, to);
     f3_store(segment->from, f3_add(from, f3_scale(f3_at(&starts->normal_geometric, i), lift)));
     f3_store(segment->to, f3_add(to, f3_scale(f3_from(vpl + 1), lift)));

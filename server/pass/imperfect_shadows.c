@@ -81,8 +81,8 @@ static struct bd_shadow_centre centre_of(const struct bd_vec4 *vpl, const struct
                                          uint32_t first)
 {
     const f3 normal = f3_from(vpl + 1), across = across_of(normal);
-    const f3 end =
-        end_of_segment(f3_from(vpl), f3_from(quad), f3_from(quad + 1), vpl[2].w, quad[1].w);
+    const f3 end = end_of_segment(f3_from(vpl), f3_from(quad), f3_from(quad + 1), quad->w, vpl[2].w,
+                                  quad[1].w);
     const f3 place = f3_add(end, f3_scale(normal, lift_of_segment(0, end, end)));
     return (struct bd_shadow_centre){{place.x, place.y, place.z, (float)first},
                                      {normal.x, normal.y, normal.z, 1},

@@ -10,12 +10,13 @@
 //         out); Jensen 1996 (final gather, photons)
 // Exact when: `vpls`, `rays`, `far_rays`, `walk_vpls`, `cache_cells` and `photons` grow, and
 //         surfaces send light on as diffuse ones do
-// Known:  surfaces send on as much as their whole BRDF reflects, but evenly, but for metals up to
-//         roughness .6, which light goes on from as from mirrors; normal maps bend none of it;
-//         caustics that are reflected once more go through thin walls, and noise is smoothed across
-//         walls that are seen edge on; light that comes through what few photons find (a slit) is
-//         late, and own_estimate says half of it; rough surfaces that a later sub-frame lights by
-//         itself reflect as in even light; the cheapest rung flickers while lights move
+// Known:  surfaces send on as much as their whole BRDF reflects, but evenly, but for what comes to
+//         plastic straight from lamps, which its coat sends by its lobe, and metals up to roughness
+//         .6, which light goes on from as from mirrors; normal maps bend none of it; caustics that
+//         are reflected once more go through thin walls, and noise is smoothed across walls that
+//         are seen edge on; light that comes through what few photons find (a slit) is late, and
+//         own_estimate says half of it; rough surfaces that a later sub-frame lights by itself
+//         reflect as in even light; the cheapest rung flickers while lights move
 
 #include "pass/filter_light.h"
 #include "pass/gather_chosen.h"

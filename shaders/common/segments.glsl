@@ -47,7 +47,7 @@ void store_segment_to(uint index, ray_start start, uint vpl)
     vec3 position = BD_LOAD(vpls, vpl * BD_VPL_VEC4S).xyz;
     vec3 normal = BD_LOAD(vpls, vpl * BD_VPL_VEC4S + 1u).xyz;
     float along_u = BD_LOAD(vpls, vpl * BD_VPL_VEC4S + 2u).w;
-    vec3 to = end_of_segment(position, u.xyz, v.xyz, along_u, v.w);
+    vec3 to = end_of_segment(position, u.xyz, v.xyz, u.w, along_u, v.w);
     float lift = lift_of_segment(largest_coordinate(view.position.xyz), r.position, to);
     vec3 from = r.position + r.normal_geometric * lift;
     uint map = map_of_vpl(vpl);

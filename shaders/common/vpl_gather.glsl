@@ -14,6 +14,7 @@
 #include "common/brdf.glsl"
 #include "common/gbuffer.glsl"
 #include "common/light_spread.glsl"
+#include "kernel/coat.h"
 #include "kernel/vpl_light.h"
 #include "shared/vpl.h"
 
@@ -79,6 +80,19 @@ virtual_light vpl_at(uint index)
     return virtual_light(BD_LOAD(vpls, index * BD_VPL_VEC4S),
                          BD_LOAD(vpls, index * BD_VPL_VEC4S + 1u),
                          BD_LOAD(vpls, index * BD_VPL_VEC4S + 2u).rgb);
+}
+
+// As the receiver sees it.
+virtual_light vpl_with_coat(receiver r, uint index)
+{
+    virtual_light vpl = vpl_at(index);
+    vec4 way = BD_LOAD(vpl_quads, index * BD_VPL_QUAD_VEC4S);
+    vec4 coat = BD_LOAD(vpl_quads, index * BD_VPL_QUAD_VEC4S + 1u);
+    float even = BD_LOAD(vpls, index * BD_VPL_VEC4S + 2u).w;
+    vec3 to_vpl = vpl.position_area.xyz - r.position;
+    vpl.flux = flux_with_coat(vpl.flux, coat.rgb, even, way.w, coat.w, vpl.normal_near.xyz, way.xyz,
+                              to_vpl, dot(to_vpl, to_vpl));
+    return vpl;
 }
 
 // False, and nothing added, for one so near that it must be integrated as a patch.

@@ -45,10 +45,11 @@ KERNEL float strength_of_group(f3 n, f3 n_geometric, f3 to_group, float r2, f3 m
 }
 
 // On the surface that a VPL stands for: at its representative texel, since a mean of texels may lie
-// within a curved wall. along = shared/vpl.h's places, in u and v.
-KERNEL f3 end_of_segment(f3 position, f3 u, f3 v, float along_u, float along_v)
+// within a curved wall; a point is there. along = shared/vpl.h's places, in u and v.
+KERNEL f3 end_of_segment(f3 position, f3 u, f3 v, float inverse_area, float along_u, float along_v)
 {
-    return f3_sub(f3_sub(position, f3_scale(u, along_u)), f3_scale(v, along_v));
+    f3 texel = f3_sub(f3_sub(position, f3_scale(u, along_u)), f3_scale(v, along_v));
+    return f3_select(inverse_area < 0.0f, position, texel);
 }
 
 #endif

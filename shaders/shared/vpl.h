@@ -8,6 +8,11 @@
 // In the array BD_UNIT_VPL_QUADS, two vec4s: the patch is the parallelogram position +- u +- v.
 //   0: xyz u, w = 1 / area of the parallelogram
 //   1: xyz v, w = the same in v
+// Or, where the former w is below 0, the VPL is a point with a coat (kernel/coat.h), and two w mean
+// something else:
+//   vpls 2:  w = what of the coat's light is in P, for a unit of it
+//   quads 0: xyz whence light comes, unit, w = -roughness
+//   quads 1: xyz flux that comes to the coat, w = what that reflects of light along its normal
 #ifndef BD_SHARED_VPL_H
 #define BD_SHARED_VPL_H
 

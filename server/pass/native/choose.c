@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "kernel/choice.h"
+#include "kernel/coat.h"
 #include "kernel/light_spread.h"
 #include "pass/native/sums.h"
 
@@ -121,6 +122,7 @@ struct choosing {
     float own[BD_LANES]; // of the running sum
     struct bd_lanes3 position, normal, flux, u, v;
     float area[BD_LANES], near2[BD_LANES], inverse_area[BD_LANES];
+    float along_u[BD_LANES], along_v[BD_LANES]; // or of a coat (shared/vpl.h)
 };
 
 static void begin(const struct bd_receivers *restrict r,
@@ -213,6 +215,8 @@ static void load_found(struct choosing *c, const struct bd_native_choice *choice
         f3_put_at(&c->u, i, f3_from(quad));
         f3_put_at(&c->v, i, f3_from(quad + 1));
         c->inverse_area[i] = quad->w;
+        c->along_u[i] = vpl[2].w;
+        c->along_v[i] = quad[1].w;
     }
 }
 
@@ -230,7 +234,10 @@ static void light_found(const struct bd_receivers *restrict r, const struct choo
             disk_light(n, n_geometric, to_vpl, r2, normal, c->area[i], bound_of_near(c->near2[i]));
         const float patch = patch_light(n, n_geometric, to_vpl, r2, f3_at(&c->u, i),
                                         f3_at(&c->v, i), c->inverse_area[i]);
-        const f3 one = f3_scale(f3_at(&c->flux, i), f_select(is_near, patch, disk));
+        const f3 flux =
+            flux_with_coat(f3_at(&c->flux, i), f3_at(&c->v, i), c->along_u[i], c->inverse_area[i],
+                           c->along_v[i], normal, f3_at(&c->u, i), to_vpl, r2);
+        const f3 one = f3_scale(flux, f_select(is_near, patch, disk));
         const f3 directions = f3_scale(direction_of_unit(to_vpl, r2, n), all_channels(one));
         const float own = c->own[i], share = c->part[i] / f_max(own, 1e-37f);
         const float stands_for = f_select(own > 0.0f, share, 0.0f);

@@ -83,7 +83,7 @@ bool choose_one(choice c, ray_start start, uint ray, uint index)
         store_pick(index, c.r, light, 0.0);
         return false;
     }
-    bool far = add_far(light, c.r, c.viewer, vpl_at(vpl));
+    bool far = add_far(light, c.r, c.viewer, vpl_with_coat(c.r, vpl));
     store_segment_to(index, start, vpl);
     store_pick(index, c.r, light, part / own);
     return !far;
