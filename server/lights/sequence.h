@@ -13,6 +13,7 @@
 
 #include <stdint.h>
 
+#include "base/sobol.h"
 #include "kernel/stirred.h"
 
 // Of all that is chosen by one seed for one purpose.
@@ -32,15 +33,6 @@ static inline struct bd_sequence bd_sequence_of(uint32_t seed, uint32_t purpose)
                                 bd_stirred(mixed ^ 0x967a889bu)};
 }
 
-static inline uint32_t bd_bits_turned(uint32_t x)
-{
-    x = (x >> 1 & 0x55555555u) | (x & 0x55555555u) << 1;
-    x = (x >> 2 & 0x33333333u) | (x & 0x33333333u) << 2;
-    x = (x >> 4 & 0x0f0f0f0fu) | (x & 0x0f0f0f0fu) << 4;
-    x = (x >> 8 & 0x00ff00ffu) | (x & 0x00ff00ffu) << 8;
-    return x >> 16 | x << 16;
-}
-
 // Each bit by those below it.
 static inline uint32_t bd_scrambled_turned(uint32_t x, uint32_t seed)
 {
@@ -54,15 +46,6 @@ static inline uint32_t bd_scrambled_turned(uint32_t x, uint32_t seed)
 static inline uint32_t bd_scrambled(uint32_t x, uint32_t seed)
 {
     return bd_bits_turned(bd_scrambled_turned(bd_bits_turned(x), seed));
-}
-
-// Sobol's second dimension: rows of Pascal's triangle modulo 2.
-static inline uint32_t bd_sobol_second(uint32_t index)
-{
-    uint32_t sum = 0;
-    for (uint32_t column = 0x80000000u; index; index >>= 1, column ^= column >> 1)
-        sum ^= index & 1 ? column : 0;
-    return sum;
 }
 
 static inline uint32_t bd_spaced(uint32_t x)
@@ -93,7 +76,8 @@ static inline void bd_sequence_pair(const struct bd_sequence *sequence, uint32_t
 {
     const uint32_t index = bd_scrambled(place, sequence->order);
     const uint32_t x = bd_bits_turned(bd_scrambled_turned(index, sequence->across));
-    const uint32_t y = bd_scrambled(bd_sobol_second(index), sequence->down);
+    const uint32_t y =
+        bd_bits_turned(bd_scrambled_turned(bd_sobol_second_turned(index), sequence->down));
     out[0] = (float)(x >> 8) * 0x1p-24f;
     out[1] = (float)(y >> 8) * 0x1p-24f;
 }

@@ -1,12 +1,6 @@
 #include "reference/sampler.h"
 
-static uint32_t reversed(uint32_t x)
-{
-    x = __builtin_bswap32(x);
-    x = (x & 0x0f0f0f0fu) << 4 | (x & 0xf0f0f0f0u) >> 4;
-    x = (x & 0x33333333u) << 2 | (x & 0xccccccccu) >> 2;
-    return (x & 0x55555555u) << 1 | (x & 0xaaaaaaaau) >> 1;
-}
+#include "base/sobol.h"
 
 // Two words at once.
 static uint64_t reversed_pair(uint32_t low, uint32_t high)
@@ -29,18 +23,6 @@ static uint32_t scrambled(uint32_t x, uint32_t seed)
     return x;
 }
 
-// Sobol's second dimension, bits turned round. Its k-th direction number is the polynomial
-// (1 + x)^k over the field of two elements, so the whole is a substitution of x + 1 for x, by
-// halves.
-static uint32_t second_dimension(uint32_t i)
-{
-    i ^= i >> 16;
-    i ^= (i & 0xff00ff00u) >> 8;
-    i ^= (i & 0xf0f0f0f0u) >> 4;
-    i ^= (i & 0xccccccccu) >> 2;
-    return i ^ (i & 0xaaaaaaaau) >> 1;
-}
-
 static uint32_t mix32(uint32_t x)
 {
     x = (x ^ x >> 16) * 0x7feb352du;
@@ -53,15 +35,16 @@ struct bd_sampler bd_sampler_at(uint64_t seed, uint32_t x, uint32_t y, uint32_t 
 {
     uint64_t pixel = bd_mix64((uint64_t)y << 32 | x);
     uint64_t key = bd_mix64(bd_mix64(seed ^ pixel) + half);
-    return (struct bd_sampler){(uint32_t)(key >> 32), reversed(index), index};
+    return (struct bd_sampler){(uint32_t)(key >> 32), bd_bits_turned(index), index};
 }
 
 void bd_sampler_pair_bits(const struct bd_sampler *sampler, uint32_t pair, uint32_t out[2])
 {
     uint32_t key = mix32(sampler->key ^ mix32(pair + 0x68bc21ebu));
-    uint32_t index = reversed(scrambled(sampler->reversed_index, key));
-    uint64_t both = reversed_pair(scrambled(index, mix32(key + 0x2545f491u)),
-                                  scrambled(second_dimension(index), mix32(key + 0x9e3779b9u)));
+    uint32_t index = bd_bits_turned(scrambled(sampler->reversed_index, key));
+    uint64_t both =
+        reversed_pair(scrambled(index, mix32(key + 0x2545f491u)),
+                      scrambled(bd_sobol_second_turned(index), mix32(key + 0x9e3779b9u)));
     out[0] = (uint32_t)both;
     out[1] = (uint32_t)(both >> 32);
 }
