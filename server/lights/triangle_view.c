@@ -46,63 +46,60 @@ static double clamped(double x)
     return x < -1 ? -1 : x > 1 ? 1 : x;
 }
 
-// In double: cosines of angles between directions lose half of their digits.
-struct d3 {
-    double x, y, z;
-};
-
-static struct d3 d3_of(f3 a)
+static bd_dvec3 dvec3_of(f3 a)
 {
-    return (struct d3){a.x, a.y, a.z};
-}
-
-static double d3_dot(struct d3 a, struct d3 b)
-{
-    return a.x * b.x + a.y * b.y + a.z * b.z;
-}
-
-static struct d3 d3_cross(struct d3 a, struct d3 b)
-{
-    return (struct d3){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+    return (bd_dvec3){a.x, a.y, a.z};
 }
 
 // a s + b t.
-static struct d3 d3_mix(struct d3 a, double s, struct d3 b, double t)
+static bd_dvec3 mix(bd_dvec3 a, double s, bd_dvec3 b, double t)
 {
-    return (struct d3){a.x * s + b.x * t, a.y * s + b.y * t, a.z * s + b.z * t};
+    return bd_dvec3_add(bd_dvec3_scale(a, s), bd_dvec3_scale(b, t));
 }
 
-static struct d3 d3_unit(struct d3 a)
+static bd_dvec3 unit(bd_dvec3 a)
 {
-    const double length2 = d3_dot(a, a);
-    return length2 > 0 ? d3_mix(a, 1 / sqrt(length2), a, 0) : a;
+    const double length2 = bd_dvec3_dot(a, a);
+    return length2 > 0 ? bd_dvec3_scale(a, 1 / sqrt(length2)) : a;
 }
 
 // The dihedral angle at `at` between the planes to b and to c.
-static double corner_angle(struct d3 at, struct d3 b, struct d3 c)
+static double corner_angle(bd_dvec3 at, bd_dvec3 b, bd_dvec3 c)
 {
-    const struct d3 p = d3_cross(at, b), q = d3_cross(at, c);
-    const struct d3 across = d3_cross(p, q);
-    return atan2(sqrt(d3_dot(across, across)), d3_dot(p, q));
+    const bd_dvec3 p = bd_dvec3_cross(at, b), q = bd_dvec3_cross(at, c);
+    const bd_dvec3 across = bd_dvec3_cross(p, q);
+    return atan2(sqrt(bd_dvec3_dot(across, across)), bd_dvec3_dot(p, q));
+}
+
+struct bd_triangle_aim bd_triangle_aim_of(const struct bd_triangle_view *view)
+{
+    const bd_dvec3 a = unit(dvec3_of(view->to[0])), b = unit(dvec3_of(view->to[1]));
+    const bd_dvec3 c = unit(dvec3_of(view->to[2]));
+    const double alpha = corner_angle(a, b, c);
+    return (struct bd_triangle_aim){
+        .a = a,
+        .b = b,
+        .off_a = unit(mix(c, 1, a, -bd_dvec3_dot(c, a))),
+        .alpha = alpha,
+        .cos_alpha = cos(alpha),
+        .sin_alpha = sin(alpha),
+        .cos_c = bd_dvec3_dot(a, b),
+        .area = alpha + corner_angle(b, c, a) + corner_angle(c, a, b) - 3.14159265358979323846,
+    };
 }
 
 // Arvo's: cuts off a part of the area along the edge from a to c, then goes along the cut from b.
-static f3 choose_direction(const struct bd_triangle_view *view, const float number[2])
+static f3 choose_direction(const struct bd_triangle_aim *aim, const float number[2])
 {
-    const struct d3 a = d3_unit(d3_of(view->to[0])), b = d3_unit(d3_of(view->to[1]));
-    const struct d3 c = d3_unit(d3_of(view->to[2]));
-    const double alpha = corner_angle(a, b, c), cos_alpha = cos(alpha), sin_alpha = sin(alpha);
-    const double area =
-        alpha + corner_angle(b, c, a) + corner_angle(c, a, b) - 3.14159265358979323846;
-    const double s = sin(number[0] * area - alpha), t = cos(number[0] * area - alpha);
-    const double u = t - cos_alpha, v = s + sin_alpha * d3_dot(a, b);
-    const double below = (v * s + u * t) * sin_alpha;
-    const double q = below != 0 ? clamped(((v * t - u * s) * cos_alpha - v) / below) : 1;
-    const struct d3 off_a = d3_unit(d3_mix(c, 1, a, -d3_dot(c, a)));
-    const struct d3 cut = d3_mix(a, q, off_a, sqrt(1 - q * q));
-    const double z = 1 - number[1] * (1 - d3_dot(cut, b));
-    const struct d3 off_b = d3_unit(d3_mix(cut, 1, b, -d3_dot(cut, b)));
-    const struct d3 d = d3_mix(b, z, off_b, sqrt(fmax(1 - z * z, 0)));
+    const double angle = number[0] * aim->area - aim->alpha;
+    const double s = sin(angle), t = cos(angle);
+    const double u = t - aim->cos_alpha, v = s + aim->sin_alpha * aim->cos_c;
+    const double below = (v * s + u * t) * aim->sin_alpha;
+    const double q = below != 0 ? clamped(((v * t - u * s) * aim->cos_alpha - v) / below) : 1;
+    const bd_dvec3 cut = mix(aim->a, q, aim->off_a, sqrt(1 - q * q));
+    const double z = 1 - number[1] * (1 - bd_dvec3_dot(cut, aim->b));
+    const bd_dvec3 off_b = unit(mix(cut, 1, aim->b, -bd_dvec3_dot(cut, aim->b)));
+    const bd_dvec3 d = mix(aim->b, z, off_b, sqrt(fmax(1 - z * z, 0)));
     return f3_of((float)d.x, (float)d.y, (float)d.z);
 }
 
@@ -122,13 +119,14 @@ static bool intersect(const struct bd_area_light *light, f3 point, f3 direction,
     return out[0] == out[0] && out[1] == out[1];
 }
 
-bool bd_triangle_view_choose(const struct bd_triangle_view *view, const struct bd_area_light *light,
-                             f3 point, const float number[2], struct bd_triangle_point *out)
+bool bd_triangle_view_choose(const struct bd_triangle_view *view, const struct bd_triangle_aim *aim,
+                             const struct bd_area_light *light, f3 point, const float number[2],
+                             struct bd_triangle_point *out)
 {
     const float root = sqrtf(number[0]);
     float s[2] = {root * (1 - number[1]), root * number[1]};
     if (view->solid_sr >= SOLID_MIN_SR &&
-        !intersect(light, point, choose_direction(view, number), s))
+        !intersect(light, point, choose_direction(aim, number), s))
         return false;
     const f3 *corner = light->corner;
     out->u = light->u[0] + s[0] * (light->u[1] - light->u[0]) + s[1] * (light->u[2] - light->u[0]);

@@ -9,6 +9,7 @@
 #ifndef BD_LIGHTS_TRIANGLE_VIEW_H
 #define BD_LIGHTS_TRIANGLE_VIEW_H
 
+#include "base/vec.h"
 #include "lights/area_lights.h"
 
 struct bd_triangle_view {
@@ -16,6 +17,16 @@ struct bd_triangle_view {
     float solid_sr; // 0: it is not seen: degenerate, or through the point
     float above;    // the mean cosine of its corners to a normal, those below the horizon as 0
 };
+
+// What all directions that are chosen to one have in common. In double: cosines of angles between
+// directions lose half of their digits.
+struct bd_triangle_aim {
+    bd_dvec3 a, b, off_a; // unit: to two corners, and from the first along the edge to the third
+    double alpha, sin_alpha, cos_alpha; // between the planes that meet in a
+    double cos_c;                       // of the edge from a to b
+    double area;                        // steradians
+};
+struct bd_triangle_aim bd_triangle_aim_of(const struct bd_triangle_view *view);
 
 // Of a part, from a point with a normal; without what it hides behind its own back.
 struct bd_triangle_view bd_triangle_view_of(const struct bd_area_light *light, bool two_sided,
@@ -35,8 +46,9 @@ struct bd_triangle_point {
     f3 position;
     float pdf;
 };
-bool bd_triangle_view_choose(const struct bd_triangle_view *view, const struct bd_area_light *light,
-                             f3 point, const float number[2], struct bd_triangle_point *out);
+bool bd_triangle_view_choose(const struct bd_triangle_view *view, const struct bd_triangle_aim *aim,
+                             const struct bd_area_light *light, f3 point, const float number[2],
+                             struct bd_triangle_point *out);
 // That pdf, of a direction to a point of the part at a distance.
 float bd_triangle_view_pdf(const struct bd_triangle_view *view, const struct bd_area_light *light,
                            f3 direction, float distance);

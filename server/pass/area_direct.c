@@ -13,7 +13,7 @@
 #include "pass/receivers.h"
 #include "pass/straight.h"
 
-#define HALVES 2u
+#define HALVES BD_AREA_HALVES
 // Of segments, rays and what they bring at once.
 #define ROOM_BYTES ((size_t)16 << 20)
 // Few rays are off at neighbours as well.
@@ -162,18 +162,16 @@ static void sample_group(void *user, uint32_t group)
             bd_emitter_tree_cut(&a->inputs->lights->tree, at.position, at.normal, &cut);
             at.cut = &cut;
         }
-        for (uint32_t half = 0; half < HALVES; half++) {
-            const size_t i = ((size_t)group * BD_LANES + lane) * HALVES + half;
-            memset(a->segments + i * rays, 0, rays * sizeof *a->segments);
-            memset(a->found + i * rays, 0, rays * sizeof *a->found);
-            memset(a->lobes + i * lobes, 0, lobes * sizeof *a->lobes);
-            a->shares[i] = (struct bd_area_shares){0};
-            if (!is_lit) continue;
-            bd_area_sample(&a->sampling, &at, half, a->segments + i * rays, a->found + i * rays,
-                           a->lobes + i * lobes, &a->shares[i]);
-            for (size_t l = 0; l < lobes; l++)
-                a->lobe_count[group] += a->lobes[i * lobes + l].density > 0;
-        }
+        const size_t i = ((size_t)group * BD_LANES + lane) * HALVES;
+        memset(a->segments + i * rays, 0, HALVES * rays * sizeof *a->segments);
+        memset(a->found + i * rays, 0, HALVES * rays * sizeof *a->found);
+        memset(a->lobes + i * lobes, 0, HALVES * lobes * sizeof *a->lobes);
+        memset(a->shares + i, 0, HALVES * sizeof *a->shares);
+        if (!is_lit) continue;
+        bd_area_sample(&a->sampling, &at, HALVES, a->segments + i * rays, a->found + i * rays,
+                       a->lobes + i * lobes, a->shares + i);
+        for (size_t l = i * lobes; l < (i + HALVES) * lobes; l++)
+            a->lobe_count[group] += a->lobes[l].density > 0;
     }
 }
 

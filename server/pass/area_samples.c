@@ -73,6 +73,8 @@ static void add(struct sampler *s, f3 to, uint32_t to_triangle, f3 direction, f3
 struct candidate {
     const struct bd_area_light *light;
     struct bd_triangle_view view;
+    struct bd_triangle_aim aim; // once it is sent to
+    bool is_aimed;
     float weight, stands_for, pdf; // of being drawn, where not all are weighed
 };
 
@@ -92,6 +94,7 @@ static void weigh(const struct sampler *s, uint32_t index, float stands_for, flo
     c->light = light;
     c->view = bd_triangle_view_of(light, lights->sources[light->source].two_sided, s->at->position,
                                   s->at->normal);
+    c->is_aimed = false;
     c->weight = stands_for * bd_triangle_view_weight(&c->view, light);
     c->stands_for = stands_for;
     c->pdf = pdf;
@@ -133,14 +136,22 @@ static void find_candidates(struct sampler *s, uint32_t ray, struct candidates *
     }
 }
 
+static const struct bd_triangle_aim *aim_at(struct candidate *c)
+{
+    if (!c->is_aimed) c->aim = bd_triangle_aim_of(&c->view);
+    c->is_aimed = true;
+    return &c->aim;
+}
+
 static void send_to_emitter(struct sampler *s, const struct candidates *candidates,
-                            const struct candidate *c, uint32_t ray)
+                            struct candidate *c, uint32_t ray)
 {
     const struct bd_area_receiver *at = s->at;
     struct bd_triangle_point point;
     float number[2];
     bd_sequence_pair(&s->sequence[OF_POINT], s->place + ray, number);
-    if (!bd_triangle_view_choose(&c->view, c->light, at->position, number, &point)) return;
+    if (!bd_triangle_view_choose(&c->view, aim_at(c), c->light, at->position, number, &point))
+        return;
     const f3 direction = f3_unit(f3_sub(point.position, at->position));
     if (!bd_lobe_is_above(&s->lobe, direction)) return;
     const f3 radiance = bd_area_emission_chosen(s->sampling->lights, c->light, point.u, point.v,
@@ -155,8 +166,8 @@ static void send_to_emitter(struct sampler *s, const struct candidates *candidat
 }
 
 // Rays from `first` up to `end`, whose candidates these are.
-static void sample_candidates(struct sampler *s, const struct candidates *candidates,
-                              uint32_t first, uint32_t end)
+static void sample_candidates(struct sampler *s, struct candidates *candidates, uint32_t first,
+                              uint32_t end)
 {
     const float rays = (float)(end - first);
     float number[2], sum = 0;
@@ -279,27 +290,39 @@ static struct sampler sampler_of(const struct bd_area_sampling *sampling,
     };
 }
 
+// Of one half; of the second, what the first found stands where all emitters are weighed.
+static void sample_half(struct sampler *s, uint32_t half, struct candidates *candidates,
+                        struct bd_area_lobe *lobes, struct bd_area_shares *shares)
+{
+    const struct bd_area_sampling *sampling = s->sampling;
+    const bool all = bd_area_all_are_weighed(sampling);
+    for (uint32_t p = 0; p < PURPOSES; p++)
+        s->sequence[p] = bd_sequence_of(sampling->seed, 2 * p + half);
+    if (half == 0 || !all) find_candidates(s, 0, candidates);
+    // What others' shares are may not depend on what was drawn from a tree.
+    const bool emitters = all ? candidates->count > 0 : sampling->lights->count > 0;
+    *shares = shares_of(sampling, emitters, s->lobe.is_there);
+    shares->weight = candidates->weight;
+    s->shares = shares;
+    s->count = 0;
+    sample_emitters(s, candidates);
+    if (sampling->lights->sky.shines) sample_sky(s);
+    sample_lobe(s, lobes);
+}
+
 void bd_area_sample(const struct bd_area_sampling *sampling, const struct bd_area_receiver *at,
-                    uint32_t half, struct bd_segment *segments, struct bd_area_light_found *found,
+                    uint32_t halves, struct bd_segment *segments, struct bd_area_light_found *found,
                     struct bd_area_lobe *lobes, struct bd_area_shares *shares)
 {
     struct sampler s = sampler_of(sampling, at, shares);
     struct candidates candidates;
-    s.segments = segments;
-    s.found = found;
     s.place = at->place * sampling->stride;
-    for (uint32_t p = 0; p < PURPOSES; p++)
-        s.sequence[p] = bd_sequence_of(sampling->seed, 2 * p + half);
-    find_candidates(&s, 0, &candidates);
-    // What others' shares are may not depend on what was drawn from a tree.
-    *shares = shares_of(sampling,
-                        bd_area_all_are_weighed(sampling) ? candidates.count > 0
-                                                          : sampling->lights->count > 0,
-                        s.lobe.is_there);
-    shares->weight = candidates.weight;
-    sample_emitters(&s, &candidates);
-    if (sampling->lights->sky.shines) sample_sky(&s);
-    sample_lobe(&s, lobes);
+    for (uint32_t half = 0; half < halves; half++) {
+        s.segments = segments + (size_t)half * sampling->rays;
+        s.found = found + (size_t)half * sampling->rays;
+        sample_half(&s, half, &candidates, lobes ? lobes + half * sampling->lobes : NULL,
+                    &shares[half]);
+    }
 }
 
 // --- what lobes met -----------------------------------------------------------------------------

@@ -57,10 +57,12 @@ struct bd_area_lobe {
     f3 irradiance, beyond;
 };
 
-// Of a half of a receiver: `rays` segments with what they bring, and `lobes` of its lobe. Segments
-// without a length bring nothing; of lobe rays without a direction likewise.
+// Of one half of a receiver, or of both, side by side: of each `rays` segments with what they
+// bring, `lobes` of its lobe, and its shares. Segments without a length bring nothing; of lobe rays
+// without a direction likewise. Who has no lobe may ask for none: NULL.
+#define BD_AREA_HALVES 2u
 void bd_area_sample(const struct bd_area_sampling *sampling, const struct bd_area_receiver *at,
-                    uint32_t half, struct bd_segment *segments, struct bd_area_light_found *found,
+                    uint32_t halves, struct bd_segment *segments, struct bd_area_light_found *found,
                     struct bd_area_lobe *lobes, struct bd_area_shares *shares);
 
 // What a ray of the lobe brings that met this, or the sky.

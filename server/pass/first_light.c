@@ -128,7 +128,7 @@ static void ask_areas(const struct lighting *l, const struct bd_surface_point *p
     };
     struct bd_area_light_found found[AREA_RAYS] = {0};
     struct bd_area_shares shares = {0};
-    bd_area_sample(&l->sampling, &at, 0, l->segments + ray, found, NULL, &shares);
+    bd_area_sample(&l->sampling, &at, 1, l->segments + ray, found, NULL, &shares);
     for (uint32_t i = 0; i < AREA_RAYS; i++) l->brought[ray + i] = found[i].irradiance;
 }
 

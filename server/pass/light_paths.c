@@ -72,7 +72,7 @@ static void sample_group(void *user, uint32_t group)
             .place = p->first + i,
         };
         struct bd_area_shares shares = {0};
-        bd_area_sample(&p->sampling, &at, 0, p->segments + i * rays, p->found + i * rays, NULL,
+        bd_area_sample(&p->sampling, &at, 1, p->segments + i * rays, p->found + i * rays, NULL,
                        &shares);
     }
 }

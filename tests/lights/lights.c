@@ -109,13 +109,14 @@ static void check_triangle(const struct bd_area_light *light, double relative)
 {
     const f3 point = f3_of(0.1f, 0, 0.05f), normal = f3_of(0, 1, 0);
     const struct bd_triangle_view view = bd_triangle_view_of(light, true, point, normal);
+    const struct bd_triangle_aim aim = bd_triangle_aim_of(&view);
     const struct bd_sequence sequence = bd_sequence_of(1, 2);
     double irradiance = 0, solid_sr = 0;
     for (uint32_t i = 0; i < SAMPLES; i++) {
         struct bd_triangle_point at;
         float number[2];
         bd_sequence_pair(&sequence, i, number);
-        assert_true(bd_triangle_view_choose(&view, light, point, number, &at));
+        assert_true(bd_triangle_view_choose(&view, &aim, light, point, number, &at));
         const f3 span = f3_sub(at.position, point), to = f3_unit(span);
         near(bd_triangle_view_pdf(&view, light, to, f3_length(span)), at.pdf, 1e-4);
         assert_true(at.u >= 0 && at.v >= 0 && at.u + at.v <= 1.00001f);
