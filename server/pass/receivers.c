@@ -46,7 +46,8 @@ static enum bd_err get_programs(struct receivers *r, struct bd_err_detail *detai
     if (r->inputs->adds) bd_define(&store, "BD_ADDS", 1);
     enum bd_err err =
         bd_compute_get(gpu, "pass/receivers/receivers.comp", &write, &r->write, detail);
-    return err ? err : bd_compute_get(gpu, "pass/receivers/light.comp", &store, &r->store, detail);
+    if (err || !r->inputs->bind) return err;
+    return bd_compute_get(gpu, "pass/receivers/light.comp", &store, &r->store, detail);
 }
 
 static uint32_t groups_of(uint64_t receivers)
