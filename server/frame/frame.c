@@ -144,10 +144,7 @@ static enum bd_err composite(struct bd_frame *frame, bool first, bool only,
     };
     bd_stage_mark(frame, "composite", BD_PASS_RAN);
     bd_gpu_pass_begin(frame->context.gpu, "composite");
-    enum bd_err err = BD_ERR_OK;
-    for (uint32_t l = 0; !err && l < BD_LAYER_COUNT; l++)
-        if (layers[l])
-            err = bd_composite_run(&frame->context, &inputs, l, layers[l], frame->detail);
+    const enum bd_err err = bd_composite_run(&frame->context, &inputs, layers, frame->detail);
     bd_gpu_pass_end(frame->context.gpu);
     return err;
 }

@@ -14,6 +14,9 @@ _Static_assert(BD_LAYER_EMISSION == BD_COMPOSITE_EMISSION, "C and GLSL agree");
 _Static_assert(BD_LAYER_ALBEDO == BD_COMPOSITE_ALBEDO, "C and GLSL agree");
 _Static_assert(BD_LAYER_NORMAL == BD_COMPOSITE_NORMAL, "C and GLSL agree");
 _Static_assert(BD_LAYER_DEPTH == BD_COMPOSITE_DEPTH, "C and GLSL agree");
+_Static_assert(BD_LAYER_NOISE == BD_COMPOSITE_NOISE, "C and GLSL agree");
+_Static_assert(BD_LAYER_BLUR == BD_COMPOSITE_BLUR, "C and GLSL agree");
+_Static_assert(BD_LAYER_RENDERED_COUNT == BD_COMPOSITE_LAYERS, "C and GLSL agree");
 
 const struct bd_frame_request bd_frame_request_default = {
     .width_px = 512,

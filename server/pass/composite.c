@@ -6,51 +6,58 @@
 // Of the slicer, one for each evaluation of a VPL.
 #define UNITS_PER_PIXEL 20.0
 
-static struct bd_program_source source_of(const struct bd_composite_inputs *inputs, uint32_t which)
+// A run of the program: what it is compiled with, and bound to.
+struct run {
+    struct bd_program_source source;
+    struct bd_bindings bindings;
+};
+
+// Where it is asked for, and there.
+static void read(struct run *run, bool asked, const struct bd_tex *tex, const char *define,
+                 uint32_t unit)
 {
-    struct bd_program_source source = {.compute = "pass/composite/composite.comp"};
-    const struct bd_indirect *light = inputs->indirect;
-    bool noise = which == BD_COMPOSITE_NOISE, blur = which == BD_COMPOSITE_BLUR;
-    bool indirect = which == BD_COMPOSITE_BEAUTY || which == BD_COMPOSITE_INDIRECT;
-    bool direct = which == BD_COMPOSITE_BEAUTY || which == BD_COMPOSITE_DIRECT;
-    bool emission = which == BD_COMPOSITE_BEAUTY || which == BD_COMPOSITE_EMISSION;
-    bd_define(&source.defines, "BD_LAYER", (int32_t)which);
-    if (direct && inputs->direct) bd_define(&source.defines, "BD_DIRECT", 1);
-    if ((direct || emission || noise || blur) && inputs->area_light)
-        bd_define(&source.defines, "BD_AREA_LIGHT", 1);
-    bool doubt = noise || (blur && inputs->filtered);
-    if (light && (doubt ? light->noise != NULL : indirect))
-        bd_define(&source.defines, "BD_INDIRECT", 1);
-    if (light && (doubt ? light->noise_glossy != NULL : indirect && light->glossy))
-        bd_define(&source.defines, "BD_GLOSSY", 1);
-    if (light && (doubt ? light->noise_rough != NULL : indirect && light->rough))
-        bd_define(&source.defines, "BD_ROUGH", 1);
-    if (inputs->glass && (indirect || doubt)) bd_define(&source.defines, "BD_GLASS", 1);
-    if (emission && inputs->gbuffer->emission) bd_define(&source.defines, "BD_EMISSION", 1);
-    if (inputs->whole) bd_define(&source.defines, "BD_WHOLE", 1);
-    if (inputs->lambert) bd_define(&source.defines, "BD_LAMBERT", 1);
-    return source;
+    if (!asked || !tex) return;
+    bd_define(&run->source.defines, define, 1);
+    run->bindings.textures[unit].tex = tex;
 }
 
-// The doubt of each light stands where the light does.
-static void bind_inputs(const struct bd_composite_inputs *inputs, bool doubt,
-                        struct bd_bindings *bindings)
+static bool has(uint32_t layers, uint32_t which)
+{
+    return layers >> which & 1;
+}
+
+static void read_indirect(struct run *run, uint32_t layers, const struct bd_indirect *light)
+{
+    const bool doubt = has(layers, BD_COMPOSITE_NOISE) || has(layers, BD_COMPOSITE_BLUR);
+    const bool indirect =
+        has(layers, BD_COMPOSITE_BEAUTY) || has(layers, BD_COMPOSITE_INDIRECT) || doubt;
+    read(run, indirect, light->irradiance, "BD_INDIRECT", BD_UNIT_INDIRECT);
+    read(run, indirect, light->glossy, "BD_GLOSSY", BD_UNIT_INDIRECT_GLOSSY);
+    read(run, indirect, light->rough, "BD_ROUGH", BD_UNIT_INDIRECT_ROUGH);
+    read(run, doubt, light->noise, "BD_INDIRECT_DOUBT", BD_UNIT_INDIRECT_DOUBT);
+    read(run, doubt, light->noise_glossy, "BD_GLOSSY_DOUBT", BD_UNIT_GLOSSY_DOUBT);
+    read(run, doubt, light->noise_rough, "BD_ROUGH_DOUBT", BD_UNIT_ROUGH_DOUBT);
+}
+
+static void read_light(struct run *run, uint32_t layers, const struct bd_composite_inputs *inputs)
 {
     const struct bd_area_direct *area = inputs->area_light;
-    const struct bd_indirect *indirect = inputs->indirect;
-    bd_gbuffer_bind(inputs->gbuffer, bindings);
-    bindings->textures[BD_UNIT_GBUFFER_EMISSION].tex = inputs->gbuffer->emission;
-    bindings->textures[BD_UNIT_DIRECT].tex = inputs->direct;
-    if (area) bindings->textures[BD_UNIT_AREA_LIGHT].tex = doubt ? area->doubt : area->radiance;
-    if (inputs->glass)
-        bindings->textures[BD_UNIT_GLASS].tex =
-            doubt ? inputs->glass->noise_glossy : inputs->glass->glossy;
-    if (!indirect) return;
-    bindings->textures[BD_UNIT_INDIRECT].tex = doubt ? indirect->noise : indirect->irradiance;
-    bindings->textures[BD_UNIT_INDIRECT_GLOSSY].tex =
-        doubt ? indirect->noise_glossy : indirect->glossy;
-    bindings->textures[BD_UNIT_INDIRECT_ROUGH].tex =
-        doubt ? indirect->noise_rough : indirect->rough;
+    const struct bd_indirect *glass = inputs->glass;
+    const bool doubt = has(layers, BD_COMPOSITE_NOISE) || has(layers, BD_COMPOSITE_BLUR);
+    const bool beauty = has(layers, BD_COMPOSITE_BEAUTY);
+    const bool direct = beauty || has(layers, BD_COMPOSITE_DIRECT);
+    const bool indirect = beauty || has(layers, BD_COMPOSITE_INDIRECT);
+    const bool emission = beauty || has(layers, BD_COMPOSITE_EMISSION);
+    read(run, direct, inputs->direct, "BD_DIRECT", BD_UNIT_DIRECT);
+    read(run, emission, inputs->gbuffer->emission, "BD_EMISSION", BD_UNIT_GBUFFER_EMISSION);
+    if (area) read(run, direct || emission, area->radiance, "BD_AREA_LIGHT", BD_UNIT_AREA_LIGHT);
+    if (area) read(run, doubt, area->doubt, "BD_AREA_DOUBT", BD_UNIT_AREA_DOUBT);
+    if (inputs->indirect) read_indirect(run, layers, inputs->indirect);
+    if (glass) read(run, indirect, glass->glossy, "BD_GLASS", BD_UNIT_GLASS);
+    if (glass) read(run, doubt, glass->noise_glossy, "BD_GLASS_DOUBT", BD_UNIT_GLASS_DOUBT);
+    if (inputs->filtered) bd_define(&run->source.defines, "BD_FILTERED", 1);
+    if (inputs->whole) bd_define(&run->source.defines, "BD_WHOLE", 1);
+    if (inputs->lambert) bd_define(&run->source.defines, "BD_LAMBERT", 1);
 }
 
 // Over all rows, in slices. `args` but for those.
@@ -82,11 +89,11 @@ static enum bd_err run_rows(const struct bd_pass_context *context,
     return err;
 }
 
-enum bd_err bd_composite_run(const struct bd_pass_context *context,
-                             const struct bd_composite_inputs *inputs, uint32_t which,
-                             struct bd_tex *layer, struct bd_err_detail *detail)
+static enum bd_err write_layers(const struct bd_pass_context *context,
+                                const struct bd_composite_inputs *inputs, uint32_t mask,
+                                struct bd_tex *const layers[BD_COMPOSITE_LAYERS],
+                                struct bd_err_detail *detail)
 {
-    const struct bd_program_source source = source_of(inputs, which);
     const struct bd_render_space *space = &inputs->scene->space;
     const struct bd_view view = bd_viewpoint_uniform(inputs->viewpoint, space);
     struct bd_composite_args args = {
@@ -97,20 +104,38 @@ enum bd_err bd_composite_run(const struct bd_pass_context *context,
         .is_first_sub_frame = inputs->first,
         .is_only_sub_frame = inputs->only,
     };
-    struct bd_bindings bindings = {0};
-    bind_inputs(inputs, which == BD_COMPOSITE_NOISE || which == BD_COMPOSITE_BLUR, &bindings);
-    bd_bind_image(&bindings, 0, layer, true, true);
-    return run_rows(context, &source, &view, &bindings, &args, detail);
+    struct run run = {.source.compute = "pass/composite/composite.comp"};
+    uint32_t written = 0;
+    for (uint32_t l = 0; l < BD_COMPOSITE_LAYERS; l++) {
+        if (!has(mask, l) || !layers[l]) continue;
+        bd_bind_image(&run.bindings, BD_COMPOSITE_IMAGE(l), layers[l], true, true);
+        written |= 1u << l;
+    }
+    if (!written) return BD_ERR_OK;
+    bd_define(&run.source.defines, "BD_LAYERS", (int32_t)written);
+    bd_gbuffer_bind(inputs->gbuffer, &run.bindings);
+    if (!(written & BD_COMPOSITE_SURFACES)) read_light(&run, written, inputs);
+    return run_rows(context, &run.source, &view, &run.bindings, &args, detail);
+}
+
+enum bd_err bd_composite_run(const struct bd_pass_context *context,
+                             const struct bd_composite_inputs *inputs,
+                             struct bd_tex *const layers[BD_COMPOSITE_LAYERS],
+                             struct bd_err_detail *detail)
+{
+    enum bd_err err =
+        write_layers(context, inputs, ~(uint32_t)BD_COMPOSITE_SURFACES, layers, detail);
+    return err ? err : write_layers(context, inputs, BD_COMPOSITE_SURFACES, layers, detail);
 }
 
 enum bd_err bd_composite_finish(const struct bd_pass_context *context,
                                 const struct bd_composite_sums *inputs, uint32_t which,
                                 struct bd_tex *layer, struct bd_err_detail *detail)
 {
-    struct bd_program_source source = {.compute = "pass/composite/finish.comp"};
-    bd_define(&source.defines, "BD_LAYER", (int32_t)which);
+    const struct bd_program_source source = {.compute = "pass/composite/finish.comp"};
     const struct bd_view view = bd_viewpoint_uniform(inputs->viewpoint, &inputs->scene->space);
-    struct bd_composite_args args = {.sub_frame_weight = 1.0f / (float)inputs->count};
+    struct bd_composite_args args = {.sub_frame_weight = 1.0f / (float)inputs->count,
+                                     .layer = which};
     struct bd_bindings bindings = {0};
     bd_bind_image(&bindings, 0, layer, false, true);
     bd_bind_image(&bindings, 1, inputs->sums, true, false);

@@ -1,4 +1,4 @@
-// Composite: one layer of the picture from G-buffer, direct and indirect light; sub-frames of an
+// Composite: layers of the picture from G-buffer, direct and indirect light; sub-frames of an
 // antialiased frame are averaged here, in linear light, layer by layer. Their plain sum is kept
 // until the end, so that a frame of so many sub-frames is the beginning of one of more.
 
@@ -29,12 +29,13 @@ struct bd_composite_inputs {
     bool only;  // nothing will be: the layer is finished
 };
 
-// Adds this sub-frame to `layer` (RGBA32F, the frame's size; every texel is written), where
-// `which` is BD_COMPOSITE_*. Radiance is in cd/m^2, depth in metres.
+// Adds this sub-frame to layers, by BD_COMPOSITE_* (RGBA32F, the frame's size; every texel is
+// written; NULL: not asked for). Radiance is in cd/m^2, depth in metres.
 BD_MUST_CHECK
 enum bd_err bd_composite_run(const struct bd_pass_context *context,
-                             const struct bd_composite_inputs *inputs, uint32_t which,
-                             struct bd_tex *layer, struct bd_err_detail *detail);
+                             const struct bd_composite_inputs *inputs,
+                             struct bd_tex *const layers[BD_COMPOSITE_LAYERS],
+                             struct bd_err_detail *detail);
 
 struct bd_composite_sums {
     const struct bd_gpu_scene *scene;

@@ -41,6 +41,12 @@
 #define BD_UNIT_AREA_LIGHT       9
 #define BD_UNIT_INDIRECT_ROUGH   10
 #define BD_UNIT_GLASS            11
+// Those of composite, beside what they are of.
+#define BD_UNIT_AREA_DOUBT     4
+#define BD_UNIT_INDIRECT_DOUBT 12
+#define BD_UNIT_GLOSSY_DOUBT   13
+#define BD_UNIT_ROUGH_DOUBT    14
+#define BD_UNIT_GLASS_DOUBT    15
 
 // Textures of what works on blocks of pixels (shared/multires.h), beside the G-buffer and VPLs.
 #define BD_UNIT_BLOCK_FLAGS          8

@@ -4,7 +4,7 @@
 
 #include "shared/types.h"
 
-// The layer that a run of the pass writes; the order of enum bd_layer (frame/request.h).
+// Layers, in the order of enum bd_layer (frame/request.h).
 #define BD_COMPOSITE_BEAUTY   0
 #define BD_COMPOSITE_DIRECT   1
 #define BD_COMPOSITE_INDIRECT 2
@@ -14,6 +14,14 @@
 #define BD_COMPOSITE_DEPTH    6
 #define BD_COMPOSITE_NOISE    7
 #define BD_COMPOSITE_BLUR     8
+#define BD_COMPOSITE_LAYERS   9
+
+// A program writes those of surfaces (a mask), or of the others: no more images than every device
+// has.
+#define BD_COMPOSITE_SURFACES 0x70
+#define BD_COMPOSITE_IMAGES   6
+// The image of a layer.
+#define BD_COMPOSITE_IMAGE(layer) ((layer) < 4u ? (layer) : (layer) < 7u ? (layer)-4u : (layer)-3u)
 
 struct bd_composite_args {
     BD_FLOAT sub_frame_weight; // 1 / sub-frames (finish)
@@ -25,10 +33,15 @@ struct bd_composite_args {
     BD_UINT is_only_sub_frame;
     BD_UINT first_row; // of the slice
     BD_UINT row_count; // in it
+
+    BD_UINT layer; // finish alone: BD_COMPOSITE_*
+    BD_UINT unused_0;
+    BD_UINT unused_1;
+    BD_UINT unused_2;
 };
 
 #ifndef BD_GLSL
-_Static_assert(sizeof(struct bd_composite_args) == 32, "std140 size");
+_Static_assert(sizeof(struct bd_composite_args) == 48, "std140 size");
 #endif
 
 #endif

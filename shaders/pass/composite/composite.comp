@@ -1,8 +1,8 @@
-// One layer of the picture from what the passes left; of several sub-frames their sum, which
+// Layers of the picture from what the passes left; of several sub-frames their sums, which
 // finish.comp divides.
 //
-// The layers are formed by the same expressions for beauty as for themselves, so that direct,
-// indirect and emission add up to it. Colour in alpha 1 is one sub-frame's.
+// All that are asked for at once, by the same values, so that direct, indirect and emission add up
+// to beauty: layers of light, or of surfaces. Colour in alpha 1 is one sub-frame's.
 #include "common/gbuffer.glsl"
 #include "common/pi.glsl"
 #include "kernel/diffuse_limit.h"
@@ -10,8 +10,7 @@
 #include "pass/composite/finished.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
-layout(std140, binding = BD_UNIFORM_ARGS) uniform args_block { bd_composite_args args; };
-layout(binding = 0, rgba32f) uniform image2D layer;
+layout(binding = 0, rgba32f) uniform image2D layers[BD_COMPOSITE_IMAGES];
 #ifdef BD_DIRECT
 layout(binding = BD_UNIT_DIRECT) uniform sampler2D direct_radiance;
 #endif
@@ -33,7 +32,32 @@ layout(binding = BD_UNIT_GLASS) uniform sampler2D shown_by_glass;
 #ifdef BD_EMISSION
 layout(binding = BD_UNIT_GBUFFER_EMISSION) uniform sampler2D gbuffer_emission;
 #endif
+// The doubt of each: half the difference of the pictures that each half of what is decided by chance
+// would give, and in a the square of blur, a mean over channels.
+#ifdef BD_AREA_DOUBT
+layout(binding = BD_UNIT_AREA_DOUBT) uniform sampler2D area_doubt;
+#endif
+#ifdef BD_INDIRECT_DOUBT
+layout(binding = BD_UNIT_INDIRECT_DOUBT) uniform sampler2D indirect_doubt;
+#endif
+#ifdef BD_GLOSSY_DOUBT
+layout(binding = BD_UNIT_GLOSSY_DOUBT) uniform sampler2D glossy_doubt;
+#endif
+#ifdef BD_ROUGH_DOUBT
+layout(binding = BD_UNIT_ROUGH_DOUBT) uniform sampler2D rough_doubt;
+#endif
+#ifdef BD_GLASS_DOUBT
+layout(binding = BD_UNIT_GLASS_DOUBT) uniform sampler2D glass_doubt;
+#endif
 
+struct light {
+    vec3 direct, indirect, emission;
+    vec4 doubt;
+};
+
+// --- indirect light -----------------------------------------------------------------------------
+
+#ifdef BD_INDIRECT
 vec3 diffuse_albedo(receiver r)
 {
 #ifdef BD_LAMBERT
@@ -43,25 +67,21 @@ vec3 diffuse_albedo(receiver r)
 #endif
 }
 
-// What the specular lobe of a rough surface reflects; a = 0 where that is not known. Of doubts it is.
+// What the specular lobe of a rough surface reflects; a = 0 where that is not known.
 vec4 rough_part(ivec2 pixel, receiver r)
 {
 #ifdef BD_ROUGH
     if (has_glossy_lobe(r.metallic, r.roughness)) return vec4(0.0);
     vec4 part = texelFetch(indirect_rough, pixel, 0);
-#if BD_LAYER == BD_COMPOSITE_NOISE || BD_LAYER == BD_COMPOSITE_BLUR
-    return part;
-#else
     return part * part.a;
-#endif
 #else
     return vec4(0.0);
 #endif
 }
 
-// Of indirect light. With BD_WHOLE, of a surface without a lobe worth its price, what the diffuse
-// part of its BRDF returns of light from everywhere to who looks; where nothing is known of what its
-// lobe reflects, the whole BRDF.
+// With BD_WHOLE, of a surface without a lobe worth its price, what the diffuse part of its BRDF
+// returns of light from everywhere to who looks; where nothing is known of what its lobe reflects,
+// the whole BRDF.
 vec3 reflectance(receiver r, vec4 rough)
 {
 #ifdef BD_WHOLE
@@ -74,127 +94,139 @@ vec3 reflectance(receiver r, vec4 rough)
     return diffuse_albedo(r);
 }
 
-vec3 direct_part(ivec2 pixel)
+vec4 indirect_doubt_of(ivec2 pixel, receiver r, vec3 reflected)
 {
-    vec3 sum = vec3(0.0);
+    vec4 doubt = vec4(0.0);
+#ifdef BD_INDIRECT_DOUBT
+    vec4 fallen = texelFetch(indirect_doubt, pixel, 0);
+    vec3 share = reflected / PI;
+    doubt = vec4(fallen.rgb * share, fallen.a * dot(share, share) / 3.0);
+#endif
+#ifdef BD_ROUGH_DOUBT
+    if (!has_glossy_lobe(r.metallic, r.roughness)) doubt += texelFetch(rough_doubt, pixel, 0);
+#endif
+#ifdef BD_GLOSSY_DOUBT
+    doubt += texelFetch(glossy_doubt, pixel, 0);
+#endif
+#ifndef BD_FILTERED
+    doubt.a = 0.0;
+#endif
+    return doubt;
+}
+
+void add_indirect(ivec2 pixel, receiver r, inout light l)
+{
+    vec4 rough = rough_part(pixel, r);
+    vec3 reflected = reflectance(r, rough);
+    l.indirect = texelFetch(indirect_irradiance, pixel, 0).rgb * reflected / PI + rough.rgb;
+#ifdef BD_GLOSSY
+    // Its negative part is at most the irradiance's, up to rounding.
+    l.indirect = max(l.indirect + texelFetch(indirect_glossy, pixel, 0).rgb, vec3(0.0));
+#endif
+    l.doubt += indirect_doubt_of(pixel, r, reflected);
+}
+#endif
+
+// --- light --------------------------------------------------------------------------------------
+
+light light_at(ivec2 pixel, receiver r)
+{
+    light l = light(vec3(0.0), vec3(0.0), vec3(0.0), vec4(0.0));
 #ifdef BD_DIRECT
-    sum += texelFetch(direct_radiance, pixel, 0).rgb;
+    l.direct += texelFetch(direct_radiance, pixel, 0).rgb;
 #endif
 #ifdef BD_AREA_LIGHT
     vec4 area = texelFetch(area_light, pixel, 0);
-    if (area.a > 0.0) sum += area.rgb;
+    if (area.a > 0.0) l.direct += area.rgb;
 #endif
-    return sum;
-}
-
-vec3 indirect_part(ivec2 pixel, receiver r)
-{
-    vec3 sum = vec3(0.0);
+#ifdef BD_AREA_DOUBT
+    l.doubt += texelFetch(area_doubt, pixel, 0);
+#endif
 #ifdef BD_INDIRECT
-    vec4 rough = rough_part(pixel, r);
-    if (r.lit) sum = texelFetch(indirect_irradiance, pixel, 0).rgb * reflectance(r, rough) / PI + rough.rgb;
-#endif
-#ifdef BD_GLOSSY
-    // Its negative part is at most the irradiance's, up to rounding.
-    if (r.lit) sum = max(sum + texelFetch(indirect_glossy, pixel, 0).rgb, vec3(0.0));
+    if (r.lit) add_indirect(pixel, r, l);
 #endif
 #ifdef BD_GLASS
-    sum += texelFetch(shown_by_glass, pixel, 0).rgb;
+    l.indirect += texelFetch(shown_by_glass, pixel, 0).rgb;
 #endif
-    return sum;
-}
-
-// Half the difference of the pictures that each half of what is decided by chance would give.
-vec3 noise_part(ivec2 pixel, receiver r)
-{
-    vec3 sum = vec3(0.0);
-#ifdef BD_AREA_LIGHT
-    sum += texelFetch(area_light, pixel, 0).rgb;
+#ifdef BD_GLASS_DOUBT
+    l.doubt.rgb += texelFetch(glass_doubt, pixel, 0).rgb;
 #endif
-#ifdef BD_INDIRECT
-    vec4 rough = rough_part(pixel, r);
-    if (r.lit) sum += texelFetch(indirect_irradiance, pixel, 0).rgb * reflectance(r, rough) / PI + rough.rgb;
-#endif
-#ifdef BD_GLOSSY
-    if (r.lit) sum += texelFetch(indirect_glossy, pixel, 0).rgb;
-#endif
-#ifdef BD_GLASS
-    sum += texelFetch(shown_by_glass, pixel, 0).rgb;
-#endif
-    return sum;
-}
-
-// The square of blur, a mean over channels, each light's own.
-float blur_part(ivec2 pixel, receiver r)
-{
-    float sum = 0.0;
-#ifdef BD_AREA_LIGHT
-    sum += texelFetch(area_light, pixel, 0).a;
-#endif
-#ifdef BD_INDIRECT
-    vec4 rough = rough_part(pixel, r);
-    vec3 albedo = reflectance(r, rough) / PI;
-    if (r.lit) sum += texelFetch(indirect_irradiance, pixel, 0).a * dot(albedo, albedo) / 3.0 + rough.a;
-#endif
-#ifdef BD_GLOSSY
-    if (r.lit) sum += texelFetch(indirect_glossy, pixel, 0).a;
-#endif
-    return sum;
-}
-
-vec3 emission_part(ivec2 pixel)
-{
 #ifdef BD_EMISSION
-    return texelFetch(gbuffer_emission, pixel, 0).rgb;
-#else
-    return vec3(0.0);
+    l.emission = texelFetch(gbuffer_emission, pixel, 0).rgb;
 #endif
+    return l;
 }
 
 // Behind everything: what the sky shines, where it lights.
-vec3 sky_part(ivec2 pixel)
+light sky_at(ivec2 pixel)
 {
-#if defined(BD_AREA_LIGHT) && (BD_LAYER == BD_COMPOSITE_BEAUTY || BD_LAYER == BD_COMPOSITE_EMISSION)
-    return texelFetch(area_light, pixel, 0).rgb * args.unit_cd_m2;
-#else
-    return vec3(0.0);
+    light l = light(vec3(0.0), vec3(0.0), vec3(0.0), vec4(0.0));
+#ifdef BD_AREA_LIGHT
+    l.emission = texelFetch(area_light, pixel, 0).rgb;
+#endif
+    return l;
+}
+
+// --- layers -------------------------------------------------------------------------------------
+
+// a = 1 where a surface is.
+void put(ivec2 pixel, uint which, vec3 value, float there)
+{
+    vec4 sum = vec4(value, there);
+    uint at = BD_COMPOSITE_IMAGE(which);
+    if (args.is_first_sub_frame == 0u) sum += imageLoad(layers[at], pixel);
+    imageStore(layers[at], pixel, args.is_only_sub_frame != 0u ? finished(which, sum) : sum);
+}
+
+void put_light(ivec2 pixel, light l, float there)
+{
+    float unit = args.unit_cd_m2;
+#if BD_LAYERS & 1 << BD_COMPOSITE_BEAUTY
+    put(pixel, uint(BD_COMPOSITE_BEAUTY), (l.direct + l.indirect + l.emission) * unit, there);
+#endif
+#if BD_LAYERS & 1 << BD_COMPOSITE_DIRECT
+    put(pixel, uint(BD_COMPOSITE_DIRECT), l.direct * unit, there);
+#endif
+#if BD_LAYERS & 1 << BD_COMPOSITE_INDIRECT
+    put(pixel, uint(BD_COMPOSITE_INDIRECT), l.indirect * unit, there);
+#endif
+#if BD_LAYERS & 1 << BD_COMPOSITE_EMISSION
+    put(pixel, uint(BD_COMPOSITE_EMISSION), l.emission * unit, there);
+#endif
+#if BD_LAYERS & 1 << BD_COMPOSITE_NOISE
+    put(pixel, uint(BD_COMPOSITE_NOISE), args.noise_sign * l.doubt.rgb * unit, there);
+#endif
+#if BD_LAYERS & 1 << BD_COMPOSITE_BLUR
+    put(pixel, uint(BD_COMPOSITE_BLUR), vec3(l.doubt.a * unit * unit), there);
 #endif
 }
 
-// rgb = the layer's value for this sub-frame, a = 1 where a surface is.
-vec4 sub_frame_value(ivec2 pixel)
+void put_surface(ivec2 pixel, receiver r, float there)
 {
-    float covered = texelFetch(gbuffer_material, pixel, 0).w;
-    if (covered == 0.0) return vec4(sky_part(pixel), 0.0);
-    receiver r = gbuffer_receiver(pixel);
-    vec3 value = vec3(0.0);
-#if BD_LAYER == BD_COMPOSITE_BEAUTY
-    value = (direct_part(pixel) + indirect_part(pixel, r) + emission_part(pixel)) * args.unit_cd_m2;
-#elif BD_LAYER == BD_COMPOSITE_DIRECT
-    value = direct_part(pixel) * args.unit_cd_m2;
-#elif BD_LAYER == BD_COMPOSITE_INDIRECT
-    value = indirect_part(pixel, r) * args.unit_cd_m2;
-#elif BD_LAYER == BD_COMPOSITE_EMISSION
-    value = emission_part(pixel) * args.unit_cd_m2;
-#elif BD_LAYER == BD_COMPOSITE_NOISE
-    value = args.noise_sign * noise_part(pixel, r) * args.unit_cd_m2;
-#elif BD_LAYER == BD_COMPOSITE_BLUR
-    value = vec3(blur_part(pixel, r) * args.unit_cd_m2 * args.unit_cd_m2);
-#elif BD_LAYER == BD_COMPOSITE_ALBEDO
-    value = r.base_color;
-#elif BD_LAYER == BD_COMPOSITE_NORMAL
-    value = r.normal;
-#elif BD_LAYER == BD_COMPOSITE_DEPTH
-    value = vec3(texelFetch(gbuffer_depth, pixel, 0).x * args.render_unit_m);
+#if BD_LAYERS & 1 << BD_COMPOSITE_ALBEDO
+    put(pixel, uint(BD_COMPOSITE_ALBEDO), there > 0.0 ? r.base_color : vec3(0.0), there);
 #endif
-    return vec4(value, 1.0);
+#if BD_LAYERS & 1 << BD_COMPOSITE_NORMAL
+    put(pixel, uint(BD_COMPOSITE_NORMAL), there > 0.0 ? r.normal : vec3(0.0), there);
+#endif
+#if BD_LAYERS & 1 << BD_COMPOSITE_DEPTH
+    float depth = texelFetch(gbuffer_depth, pixel, 0).x * args.render_unit_m;
+    put(pixel, uint(BD_COMPOSITE_DEPTH), vec3(there > 0.0 ? depth : 0.0), there);
+#endif
 }
 
 void main()
 {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, args.first_row);
     if (pixel.x >= int(view.size_px.x) || gl_GlobalInvocationID.y >= args.row_count) return;
-    vec4 sum = sub_frame_value(pixel);
-    if (args.is_first_sub_frame == 0u) sum += imageLoad(layer, pixel);
-    imageStore(layer, pixel, args.is_only_sub_frame != 0u ? finished(sum) : sum);
+    bool is_there = texelFetch(gbuffer_material, pixel, 0).w != 0.0;
+    float there = is_there ? 1.0 : 0.0;
+    receiver r = gbuffer_receiver(pixel);
+#if BD_LAYERS & BD_COMPOSITE_SURFACES
+    put_surface(pixel, r, there);
+#else
+    light l = sky_at(pixel);
+    if (is_there) l = light_at(pixel, r);
+    put_light(pixel, l, there);
+#endif
 }

@@ -3,7 +3,6 @@
 #include "pass/composite/finished.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
-layout(std140, binding = BD_UNIFORM_ARGS) uniform args_block { bd_composite_args args; };
 layout(binding = 0, rgba32f) writeonly uniform image2D layer;
 layout(binding = 1, rgba32f) readonly uniform image2D sums;
 
@@ -11,5 +10,5 @@ void main()
 {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, args.first_row);
     if (pixel.x >= int(view.size_px.x) || gl_GlobalInvocationID.y >= args.row_count) return;
-    imageStore(layer, pixel, finished(imageLoad(sums, pixel) * args.sub_frame_weight));
+    imageStore(layer, pixel, finished(args.layer, imageLoad(sums, pixel) * args.sub_frame_weight));
 }
