@@ -19,6 +19,7 @@
 // Light goes round while that changes what cells get, together, by more than that part of it.
 #define CHANGE_LEAST 1e-4
 #define ROUNDS_MOST  64u
+#define UNITS_PER_LOOK 500.0
 
 struct cache {
     struct bd_pass_context context;
@@ -176,6 +177,37 @@ static enum bd_err send_round(const struct cache *c, const struct bd_far_sights 
     return all ? bd_slicer_pause(c->context.slicer) : no_memory(c);
 }
 
+struct looking_at_caustics {
+    const struct bd_photon_map *map;
+    const struct bd_surface_point *places;
+    struct bd_irradiance_cells *cells;
+    float spread;
+};
+
+static void look_at_caustics(void *user, uint32_t group)
+{
+    const struct looking_at_caustics *l = user;
+    for (uint32_t i = group * BD_LANES; i < (group + 1) * BD_LANES && i < l->cells->count; i++) {
+        const struct bd_surface_point *at = &l->places[i];
+        const f3 more = bd_photon_map_look(l->map, at->position, at->normal, l->spread);
+        l->cells->irradiance[i] = f3_add(l->cells->irradiance[i], more);
+    }
+}
+
+// What lies behind glass again, which rays that end in a cell leave to that.
+static enum bd_err add_caustics(struct cache *c, const struct bd_surface_point *places,
+                                struct bd_irradiance_cells *cells)
+{
+    struct looking_at_caustics look = {.map = c->inputs->far.caustics_again,
+                                       .places = places,
+                                       .cells = cells,
+                                       .spread = BD_FAR_CAUSTICS_SPREAD * c->radius};
+    if (!look.map) return BD_ERR_OK;
+    bd_slicer_work(c->context.slicer, "caustics of cells");
+    return bd_receivers_each(&c->context, (cells->count + BD_LANES - 1) / BD_LANES,
+                             UNITS_PER_LOOK * BD_LANES, look_at_caustics, &look);
+}
+
 static enum bd_err light_places(struct cache *c, const struct bd_surface_point *places,
                                 struct bd_irradiance_cells *cells, struct bd_ray_counts *traced)
 {
@@ -194,6 +226,7 @@ static enum bd_err light_places(struct cache *c, const struct bd_surface_point *
     if (!err)
         err = bd_far_of_points(&c->context, &far, places, cells->count, cells->irradiance, traced,
                                c->detail);
+    if (!err) err = add_caustics(c, places, cells);
     if (!err && sights.count > 0) err = send_round(c, &sights, cells);
     free(sights.sights);
     return err;

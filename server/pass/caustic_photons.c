@@ -26,14 +26,34 @@
 #define UNITS_PER_PHOTON 100.0
 // Of the scene's radius: how far off photons still tell of a place.
 #define REACH 0.25f
+// Those that were sent once more count if they are one of so many that lamps sent: of fewer a place
+// finds none that is near, and rays do as well.
+#define LEAST_AGAIN 64u
+// So many of them tell of a place together: what a diffuse surface sends through glass has no edges
+// that are as sharp as a lamp's.
+#define NEAR_AGAIN 64u
 // Numbers that nobody else of a frame draws by its seed.
 #define OF_WAY    0x63617573u
 #define OF_START  0x63617574u
 #define OF_TARGET 0x63617575u
+// Of those that are sent once more.
+#define OF_WAY_AGAIN    0x63617576u
+#define OF_TARGET_AGAIN 0x63617577u
 
 struct target {
     f3 centre;
     float radius;
+};
+
+// Where a photon lands, and what that sends on of it.
+struct source {
+    f3 position, normal, flux, diffuse; // `flux`: that comes there
+    uint32_t triangle, number;
+};
+
+struct landed {
+    struct bd_photon *photons;
+    uint32_t count;
 };
 
 struct caustics {
@@ -46,7 +66,7 @@ struct caustics {
     // each.
     double *cumulated;
     uint32_t lamp_count;
-    struct bd_sequence of_way, of_start, of_target;
+    struct bd_sequence of_way, of_start, of_target, of_way_again, of_target_again;
     // Of those on their way.
     uint32_t first, at_once;
     struct bd_ray *rays;
@@ -60,8 +80,9 @@ struct caustics {
     // had met before the last of them.
     struct bd_photon (*on_way)[ON_WAY_MAX];
     uint32_t *on_way_count, *told_at;
-    struct bd_photon *landed;
-    uint32_t landed_count;
+    struct source *sources; // that those which landed are, if they are sent on
+    uint32_t source_count;
+    struct landed landed, again, *to; // `to`: those whose turn it is
     struct bd_err_detail *detail;
 };
 
@@ -363,6 +384,52 @@ static void set_out_group(void *user, uint32_t group)
         set_out(c, i);
 }
 
+// --- once more ----------------------------------------------------------------------------------
+
+static void keep_source(struct caustics *c, uint32_t i, const struct bd_photon *photon)
+{
+    const struct bd_ray_hit *hit = &c->met[i];
+    const float cosine = f3_dot(photon->normal, photon->way);
+    const f3 diffuse = bd_surface_hit_diffuse(&c->hits, hit->triangle, hit->u, hit->v,
+                                              c->inputs->sends, f_max(cosine, 0));
+    if (c->to != &c->landed || !(strongest_channel(diffuse) > 0)) return;
+    c->sources[c->source_count++] = (struct source){
+        photon->position, photon->normal, photon->flux, diffuse, hit->triangle, c->numbers[i]};
+}
+
+// A ray from a mirror meets the source, as it meets a lamp.
+static void set_out_from(struct caustics *c, uint32_t i)
+{
+    const struct source *from = &c->sources[i];
+    float way[2], choice[2], sr;
+    bd_sequence_pair(&c->of_way_again, from->number, way);
+    bd_sequence_pair(&c->of_target_again, from->number, choice);
+    const f3 d = aim(c, from->position, choice[0], way, &sr);
+    const float part = f_max(f3_dot(from->normal, d), 0) * sr / F_PI;
+    // As often as much of it goes there (Russian roulette): what is left carries as much as it
+    // came.
+    const float chance = f_min(strongest_channel(from->diffuse) * part, 1);
+    const bool goes = choice[1] < chance;
+    const float lift = lift_of_segment(0, from->position, from->position);
+    c->rays[i] = ray_of(f3_add(from->position, f3_scale(from->normal, lift)), d, from->triangle);
+    c->ways[i] = bd_way_begins;
+    c->flux[i] = goes ? f3_scale(f3_mul(from->flux, from->diffuse), part / chance) : f3_of(0, 0, 0);
+    c->inverse_range[i] = 0;
+    c->is_met[i] = true;
+    c->numbers[i] = from->number;
+    c->on_way_count[i] = 0;
+    c->told_at[i] = BD_NOT_TOLD;
+}
+
+static void set_out_again(void *user, uint32_t group)
+{
+    struct caustics *c = user;
+    for (uint32_t i = group * BD_LANES; i < (group + 1) * BD_LANES && i < c->at_once; i++)
+        set_out_from(c, i);
+}
+
+// --- flight -------------------------------------------------------------------------------------
+
 // A lamp's range is that of its first leg.
 static void leave_lamp(struct caustics *c, uint32_t i)
 {
@@ -409,9 +476,10 @@ static uint32_t on_way_room(const struct caustics *c)
 
 static void land(struct caustics *c, uint32_t i)
 {
+    struct landed *to = c->to;
     for (uint32_t k = 0; k < c->on_way_count[i]; k++)
-        if (strongest_channel(c->on_way[i][k].flux) > 0 && c->landed_count < on_way_room(c))
-            c->landed[c->landed_count++] = c->on_way[i][k];
+        if (strongest_channel(c->on_way[i][k].flux) > 0 && to->count < on_way_room(c))
+            to->photons[to->count++] = c->on_way[i][k];
     if (c->told_at[i] == c->ways[i].events) return;
 
     const struct bd_ray_hit *hit = &c->met[i];
@@ -422,36 +490,74 @@ static void land(struct caustics *c, uint32_t i)
     if (!(strongest_channel(flux) > 0) ||
         !bd_surface_hit_at(&c->hits, hit->triangle, hit->u, hit->v, f3_of(d[0], d[1], d[2]), &at))
         return;
-    c->landed[c->landed_count++] =
-        (struct bd_photon){.position = at.position,
-                           .normal = at.normal,
-                           .flux = f3_scale(flux, 1 / c->ways[i].rest),
-                           .way = f3_of(-d[0], -d[1], -d[2]),
-                           .is_met = c->is_met[i],
-                           .is_by_brushed = is_by_brushed(c, i, &c->ways[i])};
+    const struct bd_photon photon = {.position = at.position,
+                                     .normal = at.normal,
+                                     .flux = f3_scale(flux, 1 / c->ways[i].rest),
+                                     .way = f3_of(-d[0], -d[1], -d[2]),
+                                     .is_met = c->is_met[i],
+                                     .is_by_brushed = is_by_brushed(c, i, &c->ways[i])};
+    to->photons[to->count++] = photon;
+    if (c->sources) keep_source(c, i, &photon);
 }
 
-static enum bd_err let_fly(struct caustics *c)
+// What carries nothing need not fly.
+static void close_ranks(struct caustics *c)
+{
+    uint32_t kept = 0;
+    for (uint32_t i = 0; i < c->at_once; i++) {
+        if (!(strongest_channel(c->flux[i]) > 0)) continue;
+        c->rays[kept] = c->rays[i];
+        c->ways[kept] = c->ways[i];
+        c->flux[kept] = c->flux[i];
+        c->inverse_range[kept] = c->inverse_range[i];
+        c->is_met[kept] = c->is_met[i];
+        c->numbers[kept] = c->numbers[i];
+        c->on_way_count[kept] = c->on_way_count[i];
+        c->told_at[kept++] = c->told_at[i];
+    }
+    c->at_once = kept;
+}
+
+// Those that set out, until they land.
+static enum bd_err let_fly(struct caustics *c, uint64_t seed)
 {
     const struct bd_caustic_photons_inputs *in = c->inputs;
     struct bd_ray_counts traced = {0};
     const struct bd_onward_look look = {tell_on_way, c};
-    bd_slicer_work(c->context.slicer, "caustic photons");
-    enum bd_err err = bd_receivers_each(&c->context, (c->at_once + BD_LANES - 1) / BD_LANES,
-                                        UNITS_PER_PHOTON * BD_LANES, set_out_group, c);
-    if (!err)
-        err = bd_nearest_ask(&c->context, in->visibility, c->rays, c->at_once, c->met, &traced,
-                             c->detail);
+    enum bd_err err = bd_nearest_ask(&c->context, in->visibility, c->rays, c->at_once, c->met,
+                                     &traced, c->detail);
     for (uint32_t i = 0; !err && i < c->at_once; i++) leave_lamp(c, i);
     if (!err)
-        err = bd_onward_run(&c->context, &c->hits, in->visibility, BD_CARRIES_FLUX,
-                            in->seed ^ OF_WAY, c->numbers, c->rays, c->met, c->ways, c->at_once,
-                            &look, &traced, c->detail);
+        err =
+            bd_onward_run(&c->context, &c->hits, in->visibility, BD_CARRIES_FLUX, seed, c->numbers,
+                          c->rays, c->met, c->ways, c->at_once, &look, &traced, c->detail);
     for (uint32_t i = 0; !err && i < c->at_once; i++) land(c, i);
     return err;
 }
 
-static enum bd_err make_room(struct caustics *c)
+static enum bd_err send(struct caustics *c, struct landed *to,
+                        void (*set_out_those)(void *user, uint32_t group), uint64_t seed)
+{
+    c->to = to;
+    bd_slicer_work(c->context.slicer, "caustic photons");
+    const enum bd_err err = bd_receivers_each(&c->context, (c->at_once + BD_LANES - 1) / BD_LANES,
+                                              UNITS_PER_PHOTON * BD_LANES, set_out_those, c);
+    close_ranks(c);
+    return err ? err : let_fly(c, seed);
+}
+
+// Those that land are sent on as they come, so that no more are kept than are on their way.
+static enum bd_err send_and_again(struct caustics *c)
+{
+    const uint64_t seed = c->inputs->seed;
+    c->source_count = 0;
+    const enum bd_err err = send(c, &c->landed, set_out_group, seed ^ OF_WAY);
+    if (err || c->source_count == 0) return err;
+    c->at_once = c->source_count;
+    return send(c, &c->again, set_out_again, seed ^ OF_WAY_AGAIN);
+}
+
+static enum bd_err make_room(struct caustics *c, bool goes_again)
 {
     c->rays = malloc(AT_ONCE * sizeof *c->rays);
     c->met = malloc(AT_ONCE * sizeof *c->met);
@@ -460,38 +566,52 @@ static enum bd_err make_room(struct caustics *c)
     c->flux = malloc(AT_ONCE * sizeof *c->flux);
     c->inverse_range = malloc(AT_ONCE * sizeof *c->inverse_range);
     c->is_met = malloc(AT_ONCE * sizeof *c->is_met);
-    c->landed = malloc((landed_room(c) + (size_t)1) * sizeof *c->landed);
+    c->landed.photons = malloc((landed_room(c) + (size_t)1) * sizeof *c->landed.photons);
     c->on_way = malloc(AT_ONCE * sizeof *c->on_way);
     c->on_way_count = malloc(AT_ONCE * sizeof *c->on_way_count);
     c->told_at = malloc(AT_ONCE * sizeof *c->told_at);
+    if (goes_again) {
+        c->again.photons = malloc((landed_room(c) + (size_t)1) * sizeof *c->again.photons);
+        c->sources = malloc(AT_ONCE * sizeof *c->sources);
+    }
+    const bool has_again = !goes_again || (c->again.photons && c->sources);
     if (c->rays && c->met && c->ways && c->numbers && c->flux && c->inverse_range && c->is_met &&
-        c->landed && c->on_way && c->on_way_count && c->told_at)
+        c->landed.photons && c->on_way && c->on_way_count && c->told_at && has_again)
         return BD_ERR_OK;
     return bd_err_set(c->detail, BD_ERR_NO_MEMORY, "photons", "no memory for %u photons",
                       c->inputs->count);
 }
 
-static enum bd_err run(struct caustics *c, struct bd_photon_map **out)
+static enum bd_err make_map(struct caustics *c, const struct landed *landed, uint32_t near,
+                            struct bd_photon_map **out)
+{
+    const struct bd_photon_map_how how = {.reach = REACH * (float)c->hits.space.radius,
+                                          .near = near};
+    return bd_landed_map(&c->context, c->inputs->snapshot,
+                         c->inputs->visibility->alpha == BD_RAYS_ALPHA_COVERAGE, landed->photons,
+                         landed->count, &how, out, c->detail);
+}
+
+static enum bd_err run(struct caustics *c, struct bd_photon_map **out, struct bd_photon_map **again)
 {
     find_targets(c);
     enum bd_err err = c->target_count > 0 ? weigh_lamps(c) : BD_ERR_OK;
     const bool any = !err && sent_by_all(c) > 0 && isfinite(sent_by_all(c));
-    if (any) err = make_room(c);
-    for (c->first = 0; any && !err && c->first < c->inputs->count; c->first += c->at_once) {
+    if (any) err = make_room(c, again != NULL);
+    for (c->first = 0; any && !err && c->first < c->inputs->count; c->first += AT_ONCE) {
         const uint32_t left = c->inputs->count - c->first;
         c->at_once = left < AT_ONCE ? left : AT_ONCE;
-        err = let_fly(c);
+        err = send_and_again(c);
     }
-    if (err) return err;
-    const struct bd_photon_map_how how = {.reach = REACH * (float)c->hits.space.radius};
-    return bd_landed_map(&c->context, c->inputs->snapshot,
-                         c->inputs->visibility->alpha == BD_RAYS_ALPHA_COVERAGE, c->landed,
-                         c->landed_count, &how, out, c->detail);
+    if (!err) err = make_map(c, &c->landed, 0, out);
+    const bool matters = c->again.count >= c->inputs->count / LEAST_AGAIN;
+    return err || !again || !matters ? err : make_map(c, &c->again, NEAR_AGAIN, again);
 }
 
 enum bd_err bd_caustic_photons_run(const struct bd_pass_context *context,
                                    const struct bd_caustic_photons_inputs *inputs,
-                                   struct bd_photon_map **out, struct bd_err_detail *detail)
+                                   struct bd_photon_map **out, struct bd_photon_map **again,
+                                   struct bd_err_detail *detail)
 {
     const uint32_t seed = (uint32_t)(inputs->seed ^ inputs->seed >> 32);
     struct caustics c = {.context = *context,
@@ -499,11 +619,14 @@ enum bd_err bd_caustic_photons_run(const struct bd_pass_context *context,
                          .of_way = bd_sequence_of(seed, OF_WAY),
                          .of_start = bd_sequence_of(seed, OF_START),
                          .of_target = bd_sequence_of(seed, OF_TARGET),
+                         .of_way_again = bd_sequence_of(seed, OF_WAY_AGAIN),
+                         .of_target_again = bd_sequence_of(seed, OF_TARGET_AGAIN),
                          .detail = detail};
     *out = NULL;
+    if (again) *again = NULL;
     bd_surface_hits_init(&c.hits, inputs->snapshot);
     if (inputs->mirrors_alone) c.hits.roughest = BD_MIRROR_ROUGHNESS;
-    const enum bd_err err = run(&c, out);
+    const enum bd_err err = run(&c, out, again);
     bd_surface_hits_finish(&c.hits);
     free(c.cumulated);
     free(c.rays);
@@ -513,7 +636,9 @@ enum bd_err bd_caustic_photons_run(const struct bd_pass_context *context,
     free(c.flux);
     free(c.inverse_range);
     free(c.is_met);
-    free(c.landed);
+    free(c.landed.photons);
+    free(c.again.photons);
+    free(c.sources);
     free(c.on_way);
     free(c.on_way_count);
     free(c.told_at);

@@ -7,6 +7,9 @@
 // at. What misses the glass, and what never leaves it, is left out. The sky sends none: rays find
 // it.
 //
+// From where it lands each is sent once more to those spheres, as a diffuse surface sends it on: a
+// focus in front of glass shines through that, and rays from where it falls hardly find it.
+//
 // A function of the snapshot, its lights and these numbers, and not of a camera.
 //
 // Jensen 1996 (photons aimed at what is specular); algorithms.md A5.5.
@@ -31,14 +34,17 @@ struct bd_caustic_photons_inputs {
     const struct bd_area_lights *emitters; // NULL: none
     float from_cd_m2;                      // to the frame's unit
     bool mirrors_alone;                    // brushed metal sends by itself (lights/point_lobes.h)
+    enum bd_sends sends;                   // what surfaces do, of what goes on
     uint32_t count;                        // that are sent, 1 to BD_PHOTONS_MAX
     uint64_t seed;
 };
 
-// A map of those that land.
+// A map of those that land; and of those that landed before, were sent on, went through glass and
+// landed again: NULL where they are too few to matter. `again` itself may be NULL.
 BD_MUST_CHECK
 enum bd_err bd_caustic_photons_run(const struct bd_pass_context *context,
                                    const struct bd_caustic_photons_inputs *inputs,
-                                   struct bd_photon_map **out, struct bd_err_detail *detail);
+                                   struct bd_photon_map **out, struct bd_photon_map **again,
+                                   struct bd_err_detail *detail);
 
 #endif

@@ -18,8 +18,6 @@
 #define UNITS_PER_HIT 100.0
 // What points stand for a place.
 #define UNITS_PER_PLACE 400.0
-// Of the scene's radius, over which what lies behind glass is spread.
-#define CAUSTICS_SPREAD 0.03f
 // Numbers that nobody else of a frame draws by its seed.
 #define OF_ROULETTE 0x726f756cu
 #define SIGHTS_LEAST 4096u
@@ -370,20 +368,25 @@ static enum bd_err add_light_of_points(struct far *f)
     return err;
 }
 
-// What becomes of the irradiance of each place.
 // A diffuse surface sees no focus in what another sends, and few rays would find one.
-static f3 caustics_at(const struct far *f, const struct bd_surface_point *place)
+static f3 caustics_at(const struct far *f, uint32_t i)
 {
-    return bd_photon_map_look(f->inputs->caustics, place->position, place->normal,
-                              CAUSTICS_SPREAD * (float)f->surfaces.space.radius);
+    const struct bd_far_inputs *in = f->inputs;
+    const struct bd_surface_point *place = &f->places[i];
+    const uint32_t ray = f->askers[i].ray;
+    const bool is_told = in->caustics_again && f->rays.ways && !f->rays.ways[ray].straight;
+    if (!in->caustics || is_told) return f3_of(0, 0, 0);
+    return bd_photon_map_look(in->caustics, place->position, place->normal,
+                              BD_FAR_CAUSTICS_SPREAD * (float)f->surfaces.space.radius);
 }
+
+// What becomes of the irradiance of each place.
 
 static void send_on(void *user, uint32_t group)
 {
     const struct far *f = user;
     for (uint32_t i = group * BD_LANES; i < (group + 1) * BD_LANES && i < f->place_total; i++) {
-        if (f->inputs->caustics)
-            f->irradiance[i] = f3_add(f->irradiance[i], caustics_at(f, &f->places[i]));
+        f->irradiance[i] = f3_add(f->irradiance[i], caustics_at(f, i));
         f->irradiance[i] = f3_scale(
             f3_mul(f->irradiance[i], sent(f, f->askers[i].ray, f->cosine[i])), f->askers[i].share);
     }

@@ -33,6 +33,8 @@
 struct bd_screen;
 
 #define BD_FAR_RAYS_MAX 1024u
+// Of the scene's radius, over which what lies behind glass is spread where rays end.
+#define BD_FAR_CAUSTICS_SPREAD 0.03f
 
 enum bd_far_glass {
     BD_GLASS_HIDES,
@@ -74,6 +76,10 @@ struct bd_far_inputs {
     // Where lamps' light lies behind glass, as first light does: virtual lights have it, rays what
     // those leave out of it, and nothing of lamps themselves. NULL: rays bring all.
     const struct bd_photon_map *caustics;
+    // Where that lies behind glass again, once it was sent on: rays that came through glass bring
+    // nothing of `caustics`, then, but to mirrors and glass. Not of places where rays end: cells
+    // have it. NULL: rays bring it.
+    const struct bd_photon_map *caustics_again;
     // Of glass alone: virtual lights, in order, that light what it shows; or NULL.
     struct {
         const struct bd_vpl_list *list;

@@ -348,6 +348,12 @@ static float more_of_known(const struct gloss *g, uint32_t first, uint32_t end)
     return known > 0 ? all / known : 0;
 }
 
+// Photons that came by glass tell what wide lobes reflect of them, too: few rays would find it.
+static bool is_told_by_photons(const struct gloss *g, uint32_t i)
+{
+    return g->ways && !g->ways[i].straight && !g->shares[i].looks;
+}
+
 // What is sent to the ray from where it ends.
 static f3 light_of_place(const struct gloss *g, uint32_t i, float more_of_cells)
 {
@@ -360,21 +366,20 @@ static f3 light_of_place(const struct gloss *g, uint32_t i, float more_of_cells)
     f3 more = f3_of(0, 0, 0);
     if (in->cells && g->ends.near[i] < BD_BESIDE_HIDDEN)
         more = f3_scale(in->cells->irradiance[g->ends.near[i]], more_of_cells);
-    if (in->caustics)
+    if (in->caustics && !(in->caustics_again && is_told_by_photons(g, i)))
         more = f3_add(more, bd_photon_map_look(in->caustics, at->position, at->normal, 0));
     if (in->cells || in->caustics)
         light = f3_add(light, f3_mul(more, sent(g, i, BD_FROM_EVERYWHERE)));
     return light;
 }
 
-// Of lamps that it met behind glass or in mirrors. Where photons bring their light, they tell what
-// wide lobes reflect of it, too: few rays would find them.
+// Of lamps that it met behind glass or in mirrors.
 static f3 emission_of(const struct gloss *g, uint32_t i)
 {
     const struct bd_far_inputs *in = g->inputs;
-    const bool by_photons = in->caustics && !g->shares[i].looks;
+    const bool is_lamp = g->hits[i].triangle != BD_NO_TRIANGLE;
     if (!g->ways || g->ways[i].straight) return f3_of(0, 0, 0);
-    if (by_photons && g->hits[i].triangle != BD_NO_TRIANGLE) return f3_of(0, 0, 0);
+    if (is_lamp && in->caustics && is_told_by_photons(g, i)) return f3_of(0, 0, 0);
     return bd_onward_emission(in->first, &g->rays[i], &g->hits[i], &g->ways[i]);
 }
 

@@ -335,10 +335,12 @@ static enum bd_err send_photons(struct paths *p, struct bd_light_paths *paths)
         .punctual_count = in->punctual_count,
         .emitters = in->lights && in->lights->count > 0 ? in->lights : NULL,
         .from_cd_m2 = (float)(1 / in->scene->space.unit_cd_m2),
+        .sends = in->sends,
         .count = in->photons,
         .seed = in->seed,
     };
-    return bd_caustic_photons_run(&p->context, &how, &paths->caustics, p->detail);
+    return bd_caustic_photons_run(&p->context, &how, &paths->caustics, &paths->caustics_again,
+                                  p->detail);
 }
 
 // --- the pass -----------------------------------------------------------------------------------
@@ -428,6 +430,7 @@ void bd_light_paths_destroy(struct bd_gpu *gpu, struct bd_light_paths **paths)
     bd_vpl_tree_destroy(gpu, &(*paths)->tree);
     bd_irradiance_points_destroy(&(*paths)->further);
     bd_photon_map_destroy(&(*paths)->caustics);
+    bd_photon_map_destroy(&(*paths)->caustics_again);
     free(*paths);
     *paths = NULL;
 }
@@ -442,5 +445,6 @@ uint64_t bd_light_paths_bytes(const struct bd_light_paths *paths)
     return list_bytes(paths->vpls) + list_bytes(paths->first) + list_bytes(paths->all) +
            list_bytes(paths->clamped) + (paths->tree ? bd_vpl_tree_bytes(paths->tree) : 0) +
            (paths->further ? bd_irradiance_points_bytes(paths->further) : 0) +
-           (paths->caustics ? bd_photon_map_bytes(paths->caustics) : 0);
+           (paths->caustics ? bd_photon_map_bytes(paths->caustics) : 0) +
+           (paths->caustics_again ? bd_photon_map_bytes(paths->caustics_again) : 0);
 }

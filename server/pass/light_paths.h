@@ -78,6 +78,7 @@ struct bd_light_paths {
     struct bd_vpl_list *first, *all, *clamped;
     struct bd_irradiance_points *further;
     struct bd_photon_map *caustics; // where lamps' light lies behind glass; NULL: not asked for
+    struct bd_photon_map *caustics_again; // and where that, sent on, lies behind glass again
 };
 
 BD_MUST_CHECK

@@ -188,7 +188,7 @@ static enum bd_err send_through_glass(struct lighting *l)
         .count = in->photons,
         .seed = in->seed,
     };
-    return bd_caustic_photons_run(&l->context, &caustics, &l->out->caustics, l->detail);
+    return bd_caustic_photons_run(&l->context, &caustics, &l->out->caustics, NULL, l->detail);
 }
 
 static void look_at_caustics(void *user, uint32_t group)

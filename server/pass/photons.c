@@ -52,7 +52,7 @@ static enum bd_err send_through_glass(const struct bd_pass_context *context,
         .count = in->count,
         .seed = in->seed,
     };
-    return bd_caustic_photons_run(context, &caustics, &out->caustics, detail);
+    return bd_caustic_photons_run(context, &caustics, &out->caustics, NULL, detail);
 }
 
 enum bd_err bd_photons_run(const struct bd_pass_context *context,

@@ -24,6 +24,13 @@ static const struct bd_photon_map *caustics_of(const struct bd_technique_inputs 
     return inputs->light_paths->caustics;
 }
 
+// Of rays that light walks by: photons that bring all of it have it among the others.
+static const struct bd_photon_map *caustics_again_of(const struct bd_technique_inputs *inputs)
+{
+    if (inputs->photons || inputs->points) return NULL;
+    return inputs->light_paths->caustics_again;
+}
+
 static const struct bd_irradiance_cells *cells_of(const struct bd_technique_inputs *inputs)
 {
     if (inputs->photons) return inputs->photons->cells;
@@ -43,6 +50,7 @@ struct bd_far_inputs bd_far_of(const struct bd_technique_inputs *inputs,
         .sends = inputs->params->lambert ? BD_SENDS_LAMBERT : BD_SENDS_ALL,
         .glass = inputs->glass ? BD_GLASS_PASSES : BD_GLASS_HIDES,
         .caustics = caustics_of(inputs),
+        .caustics_again = caustics_again_of(inputs),
     };
 }
 
@@ -88,10 +96,15 @@ static uint32_t own_rays(const struct bd_technique_inputs *inputs, uint32_t rays
     return rays > ALONE_RAYS ? rays : ALONE_RAYS;
 }
 
+// What lies behind glass, and behind glass again.
+#define MAPS 2u
+
 static struct bd_photon_density_inputs density_of(const struct bd_technique_inputs *inputs,
-                                                  const struct bd_visibility_inputs *visibility)
+                                                  const struct bd_visibility_inputs *visibility,
+                                                  uint32_t map)
 {
-    return (struct bd_photon_density_inputs){.map = caustics_of(inputs),
+    return (struct bd_photon_density_inputs){.map = map == 0 ? caustics_of(inputs)
+                                                             : caustics_again_of(inputs),
                                              .snapshot = inputs->snapshot,
                                              .visibility = visibility,
                                              .pool = inputs->pool,
@@ -131,9 +144,12 @@ enum bd_err bd_far_light_add_caustics(const struct bd_pass_context *context,
                                       struct bd_multires_light *light, struct bd_err_detail *detail)
 {
     const struct bd_visibility_inputs visibility = bd_technique_visibility(inputs);
-    const struct bd_photon_density_inputs density = density_of(inputs, &visibility);
-    if (!density.map) return BD_ERR_OK;
-    return bd_photon_density_add(context, &density, gather, light, detail);
+    enum bd_err err = BD_ERR_OK;
+    for (uint32_t i = 0; !err && i < MAPS; i++) {
+        const struct bd_photon_density_inputs density = density_of(inputs, &visibility, i);
+        if (density.map) err = bd_photon_density_add(context, &density, gather, light, detail);
+    }
+    return err;
 }
 
 enum bd_err bd_far_light_caustics(const struct bd_pass_context *context,
@@ -142,9 +158,12 @@ enum bd_err bd_far_light_caustics(const struct bd_pass_context *context,
                                   struct bd_indirect *indirect, struct bd_err_detail *detail)
 {
     const struct bd_visibility_inputs visibility = bd_technique_visibility(inputs);
-    const struct bd_photon_density_inputs density = density_of(inputs, &visibility);
-    if (!density.map) return BD_ERR_OK;
-    return bd_photon_density_run(context, &density, gather, indirect, detail);
+    enum bd_err err = BD_ERR_OK;
+    for (uint32_t i = 0; !err && i < MAPS; i++) {
+        const struct bd_photon_density_inputs density = density_of(inputs, &visibility, i);
+        if (density.map) err = bd_photon_density_run(context, &density, gather, indirect, detail);
+    }
+    return err;
 }
 
 enum bd_err bd_far_light_lobes(const struct bd_pass_context *context,
@@ -202,9 +221,12 @@ enum bd_err bd_far_light_anew(const struct bd_pass_context *context,
     const struct bd_gather_inputs gather = gather_of(inputs, &visibility);
     const struct bd_far_inputs far =
         bd_far_of(inputs, &visibility, inputs->alone ? rays : bd_few_rays(rays));
-    const struct bd_photon_density_inputs density = density_of(inputs, &visibility);
     enum bd_err err = bd_gloss_run(context, &far, &gather, indirect, detail);
     if (!err) err = smooth_lobes(context, inputs, &gather, indirect, detail);
-    if (err || !density.map) return err;
-    return bd_photon_density_run_lobes(context, &density, &gather, indirect, detail);
+    for (uint32_t i = 0; !err && i < MAPS; i++) {
+        const struct bd_photon_density_inputs density = density_of(inputs, &visibility, i);
+        if (density.map)
+            err = bd_photon_density_run_lobes(context, &density, &gather, indirect, detail);
+    }
+    return err;
 }

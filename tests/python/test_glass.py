@@ -311,6 +311,30 @@ def test_a_lamp_behind_glass_is_counted_once(client, tmp_path):
     assert sums["rays"] == pytest.approx(sums["reference"], rel=.03)
 
 
+def test_a_focus_shines_back_through_its_ball(client, tmp_path):
+    """A spot's light in a focus under a ball, and most of what that sends on through the ball to the ceiling: few of a place's rays would find it."""
+    places, normals, triangles = sphere()
+    ball = (.7 * places + numpy.float32([0, 0, .8]), normals, triangles)
+    spot = {"type": "spot", "intensity": 100, "spot": {"innerConeAngle": .15, "outerConeAngle": .2}}
+    scene = add(client, tmp_path, [(pane(0, 3), GREY), (ball, GLASS), (pane(4.2, 3, facing=-1), GREY)], light=spot)
+
+    def seen(technique, seed=0, eye=(0, 0, 2.2), target=(0, 0, 4.2), **parameters):
+        return scene.render(size=(24, 24), technique=technique, layers=["indirect"], pose=bounced.Pose(eye, target, up=(0, 1, 0), yfov=.9),
+                            fresh="all", seed=seed, parameters=parameters).layers["indirect"][..., 0].astype(float)
+    traced, dense = seen("reference", spp=2048, lamp_radius=.1).mean(), seen("photon").mean()
+    told = [seen("many_light", seed) for seed in range(3)]
+    apart = numpy.std(told, axis=0).mean() / dense
+    print(numpy.mean(told), dense, traced, apart)
+    assert numpy.mean(told) == pytest.approx(dense, rel=.04)
+    assert numpy.mean(told) == pytest.approx(traced, rel=.2)
+    assert apart < .15
+    # And from there on to the floor.
+    beside = {"eye": (2, 2, 2), "target": (2, 2, 0)}
+    told, dense = (numpy.mean([seen(technique, seed, **beside).mean() for seed in range(3)]) for technique in ("many_light", "photon"))
+    print(told, dense)
+    assert told == pytest.approx(dense, rel=.1)
+
+
 def test_the_same_photons_twice(client, tmp_path):
     scene = add(client, tmp_path, [(pane(0, 9), GREY), (sphere(16), GLASS)], light=LIGHTS[0])
     first = floor_light(scene)[0]
