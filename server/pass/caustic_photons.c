@@ -26,8 +26,8 @@
 #define UNITS_PER_PHOTON 100.0
 // Of the scene's radius: how far off photons still tell of a place.
 #define REACH 0.25f
-// Those that were sent once more count if they are one of so many that lamps sent: of fewer a place
-// finds none that is near, and rays do as well.
+// Those that were sent once more count if they are more than one of so many that lamps sent: of
+// fewer a place finds none that is near, and rays do as well.
 #define LEAST_AGAIN 64u
 // So many of them tell of a place together: what a diffuse surface sends through glass has no edges
 // that are as sharp as a lamp's.
@@ -604,7 +604,7 @@ static enum bd_err run(struct caustics *c, struct bd_photon_map **out, struct bd
         err = send_and_again(c);
     }
     if (!err) err = make_map(c, &c->landed, 0, out);
-    const bool matters = c->again.count >= c->inputs->count / LEAST_AGAIN;
+    const bool matters = c->again.count > c->inputs->count / LEAST_AGAIN;
     return err || !again || !matters ? err : make_map(c, &c->again, NEAR_AGAIN, again);
 }
 

@@ -381,7 +381,6 @@ static f3 caustics_at(const struct far *f, uint32_t i)
 }
 
 // What becomes of the irradiance of each place.
-
 static void send_on(void *user, uint32_t group)
 {
     const struct far *f = user;
