@@ -73,6 +73,7 @@ static double corner_angle(bd_dvec3 at, bd_dvec3 b, bd_dvec3 c)
 
 struct bd_triangle_aim bd_triangle_aim_of(const struct bd_triangle_view *view)
 {
+    if (view->solid_sr < SOLID_MIN_SR) return (struct bd_triangle_aim){.area = 0};
     const bd_dvec3 a = unit(dvec3_of(view->to[0])), b = unit(dvec3_of(view->to[1]));
     const bd_dvec3 c = unit(dvec3_of(view->to[2]));
     const double alpha = corner_angle(a, b, c);

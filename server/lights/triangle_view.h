@@ -18,8 +18,8 @@ struct bd_triangle_view {
     float above;    // the mean cosine of its corners to a normal, those below the horizon as 0
 };
 
-// What all directions that are chosen to one have in common. In double: cosines of angles between
-// directions lose half of their digits.
+// What all directions that are chosen to one have in common; nothing where it fills next to
+// nothing. In double: cosines of angles between directions lose half of their digits.
 struct bd_triangle_aim {
     bd_dvec3 a, b, off_a; // unit: to two corners, and from the first along the edge to the third
     double alpha, sin_alpha, cos_alpha; // between the planes that meet in a

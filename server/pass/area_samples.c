@@ -73,8 +73,7 @@ static void add(struct sampler *s, f3 to, uint32_t to_triangle, f3 direction, f3
 struct candidate {
     const struct bd_area_light *light;
     struct bd_triangle_view view;
-    struct bd_triangle_aim aim; // once it is sent to
-    bool is_aimed;
+    bool is_aimed;                 // its aim is there
     float weight, stands_for, pdf; // of being drawn, where not all are weighed
 };
 
@@ -82,6 +81,7 @@ struct candidates {
     uint32_t count;
     float weight; // together
     struct candidate list[BD_AREA_WEIGHED_MAX];
+    struct bd_triangle_aim aims[BD_AREA_WEIGHED_MAX]; // of those that were sent to
 };
 
 static void weigh(const struct sampler *s, uint32_t index, float stands_for, float pdf,
@@ -136,22 +136,24 @@ static void find_candidates(struct sampler *s, uint32_t ray, struct candidates *
     }
 }
 
-static const struct bd_triangle_aim *aim_at(struct candidate *c)
+static const struct bd_triangle_aim *aim_at(struct candidates *candidates, uint32_t i)
 {
-    if (!c->is_aimed) c->aim = bd_triangle_aim_of(&c->view);
+    struct candidate *c = &candidates->list[i];
+    if (!c->is_aimed) candidates->aims[i] = bd_triangle_aim_of(&c->view);
     c->is_aimed = true;
-    return &c->aim;
+    return &candidates->aims[i];
 }
 
-static void send_to_emitter(struct sampler *s, const struct candidates *candidates,
-                            struct candidate *c, uint32_t ray)
+static void send_to_emitter(struct sampler *s, struct candidates *candidates, uint32_t i,
+                            uint32_t ray)
 {
     const struct bd_area_receiver *at = s->at;
+    const struct candidate *c = &candidates->list[i];
+    const struct bd_triangle_aim *aim = aim_at(candidates, i);
     struct bd_triangle_point point;
     float number[2];
     bd_sequence_pair(&s->sequence[OF_POINT], s->place + ray, number);
-    if (!bd_triangle_view_choose(&c->view, aim_at(c), c->light, at->position, number, &point))
-        return;
+    if (!bd_triangle_view_choose(&c->view, aim, c->light, at->position, number, &point)) return;
     const f3 direction = f3_unit(f3_sub(point.position, at->position));
     if (!bd_lobe_is_above(&s->lobe, direction)) return;
     const f3 radiance = bd_area_emission_chosen(s->sampling->lights, c->light, point.u, point.v,
@@ -178,7 +180,7 @@ static void sample_candidates(struct sampler *s, struct candidates *candidates, 
         const bool last = i + 1 == candidates->count;
         while (first + next < end &&
                (last || ((float)next + number[0]) * candidates->weight < sum * rays))
-            send_to_emitter(s, candidates, &candidates->list[i], first + next++);
+            send_to_emitter(s, candidates, i, first + next++);
     }
 }
 
