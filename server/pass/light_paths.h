@@ -78,7 +78,8 @@ struct bd_light_paths {
     struct bd_vpl_list *first, *all, *clamped;
     struct bd_irradiance_points *further;
     struct bd_photon_map *caustics; // where lamps' light lies behind glass; NULL: not asked for
-    struct bd_photon_map *caustics_again; // and where that, sent on, lies behind glass again
+    // And where that, sent on by surfaces, lies behind glass again; NULL: not asked for, or dim.
+    struct bd_photon_map *caustics_again;
 };
 
 BD_MUST_CHECK

@@ -24,7 +24,7 @@ static const struct bd_photon_map *caustics_of(const struct bd_technique_inputs 
     return inputs->light_paths->caustics;
 }
 
-// Of rays that light walks by: photons that bring all of it have it among the others.
+// Photons that bring all light, and points, have this among the rest of theirs.
 static const struct bd_photon_map *caustics_again_of(const struct bd_technique_inputs *inputs)
 {
     if (inputs->photons || inputs->points) return NULL;
