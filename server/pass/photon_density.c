@@ -55,6 +55,12 @@ static float pixel_radius(const struct density *c, f3 position, f3 normal)
     return (float)(2 * side / sqrt((double)F_PI * cosine));
 }
 
+static bool has_lobe(const struct density *c, uint32_t i)
+{
+    const struct bd_glossy_receivers *surfaces = c->part->surfaces;
+    return c->part->glossy && (c->of_rough || surfaces[i / BD_LANES].has_lobe[i % BD_LANES] > 0);
+}
+
 static void find_disks(void *user, uint32_t group)
 {
     const struct density *c = user;
@@ -65,6 +71,7 @@ static void find_disks(void *user, uint32_t group)
         c->disks[i] = (struct bd_photon_disk){.radius = 0};
         c->triangles[i] = starts->triangle[lane];
         if (receivers->lit[lane] == 0 || i >= c->part->count) continue;
+        if (c->lobes_alone && !has_lobe(c, i)) continue;
         const f3 position = f3_at(&starts->position, lane);
         const f3 normal = f3_at(&starts->normal_geometric, lane);
         c->disks[i] =
@@ -165,12 +172,6 @@ static void tell_mean(const struct density *c, uint32_t i, const struct bd_disk_
     f3_add_at(&c->part->light[i / BD_LANES].irradiance, i % BD_LANES, irradiance);
 }
 
-static bool has_lobe(const struct density *c, uint32_t i)
-{
-    const struct bd_glossy_receivers *surfaces = c->part->surfaces;
-    return c->part->glossy && (c->of_rough || surfaces[i / BD_LANES].has_lobe[i % BD_LANES] > 0);
-}
-
 static void tell_group(void *user, uint32_t group)
 {
     const struct density *c = user;
@@ -239,7 +240,7 @@ static enum bd_err run(struct density *c, struct bd_receivers_inputs *receivers,
     return err;
 }
 
-// Where there are no other lobes those of rough dielectrics stand by themselves.
+// Where there are no other lobes, those of rough dielectrics are all.
 static struct bd_tex *lobes_of(const struct bd_indirect *indirect)
 {
     return indirect->glossy ? indirect->glossy : indirect->rough;
@@ -250,6 +251,7 @@ static void bind_pixels(const void *user, struct bd_bindings *bindings)
     const struct bd_indirect *out = user;
     bd_bind_image(bindings, 0, out->irradiance, true, true);
     if (lobes_of(out)) bd_bind_image(bindings, 1, lobes_of(out), true, true);
+    if (out->glossy && out->rough) bd_bind_image(bindings, 3, out->rough, true, true);
 }
 
 static enum bd_err run_at_pixels(const struct bd_pass_context *context,
@@ -259,13 +261,15 @@ static enum bd_err run_at_pixels(const struct bd_pass_context *context,
 {
     struct density c = {.context = *context,
                         .inputs = inputs,
-                        .of_rough = indirect->rough != NULL,
+                        .of_rough = indirect->rough && !lobes_alone,
                         .of_mean = !inputs->lambert && !indirect->rough && !lobes_alone,
                         .lobes_alone = lobes_alone,
                         .detail = detail};
     struct bd_receivers_inputs receivers = {.askers = bd_gather_askers(gather),
                                             .surfaces = !inputs->lambert,
                                             .glossy = lobes_of(indirect) != NULL,
+                                            .rough_apart =
+                                                !lobes_alone && indirect->glossy && indirect->rough,
                                             .adds = true,
                                             .bind = bind_pixels,
                                             .out = indirect};

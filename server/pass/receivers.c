@@ -41,6 +41,7 @@ static enum bd_err get_programs(struct receivers *r, struct bd_err_detail *detai
     struct bd_defines write = defines, store = defines;
     if (has_surfaces(r->inputs)) bd_define(&write, "BD_GLOSSY", 1);
     if (r->inputs->glossy) bd_define(&store, "BD_GLOSSY", 1);
+    if (r->inputs->rough_apart) bd_define(&store, "BD_ROUGH", 1);
     if (r->inputs->starts) bd_define(&write, "BD_CHOSEN", 1);
     if (r->inputs->noise) bd_define(&store, "BD_NOISE", 1);
     if (r->inputs->adds) bd_define(&store, "BD_ADDS", 1);

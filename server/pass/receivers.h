@@ -35,7 +35,8 @@ struct bd_receivers_inputs {
     bool noise;             // of their light is kept too
     bool adds;              // to what the images hold
     bool surfaces;          // pixels have them
-    bool glossy;            // the same, and what their lobes reflect is kept too
+    bool glossy;            // the same, and what their lobes reflect is kept too,
+    bool rough_apart;       // that of rough dielectrics by itself
     bool starts;            // where rays start is asked for,
     uint64_t seed;          // by which they choose
     uint32_t receivers_max; // of a part; 0 = as many as are convenient

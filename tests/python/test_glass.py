@@ -335,6 +335,19 @@ def test_a_focus_shines_back_through_its_ball(client, tmp_path):
     assert told == pytest.approx(dense, rel=.1)
 
 
+@pytest.mark.parametrize("far_rays", [4, 8])  # of eight and more rough lobes have light of their own
+def test_later_sub_frames_ask_no_caustics_of_rough_surfaces(client, tmp_path, far_rays):
+    """A floor that shows no glass has its light from the first one, photons and all."""
+    scene = add(client, tmp_path, [(pane(0, 9), GREY), (sphere(16), GLASS)], light=LIGHTS[0])
+    first, four = (scene.render(size=(64, 64), technique="many_light", layers=["indirect"], pose=bounced.Pose((1.5, 0, .9), (1.5, 0, 0), yfov=.7),
+                                fresh="all", aa=aa, parameters={"far_rays": far_rays, "photons": 16384}) for aa in (1, 4))
+    rays = [answer.report["counts"]["rays"] for answer in (first, four)]
+    means = [answer.layers["indirect"].mean() for answer in (first, four)]
+    print(rays, means)
+    assert rays[1] < 1.2 * rays[0]
+    assert means[1] == pytest.approx(means[0], rel=.03)
+
+
 def test_the_same_photons_twice(client, tmp_path):
     scene = add(client, tmp_path, [(pane(0, 9), GREY), (sphere(16), GLASS)], light=LIGHTS[0])
     first = floor_light(scene)[0]

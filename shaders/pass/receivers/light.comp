@@ -1,11 +1,14 @@
 // Stores the light that loops over lanes summed for the receivers of a slice (shared/receivers.h):
 // of pixels irradiance; of fragments that of level 0 and of the rest, and with BD_VECTOR the vectors
 // of both, with BD_SPREAD the spread in their a. With BD_NOISE the noise of the light, too;
-// with BD_GLOSSY what lobes of pixels reflect. With BD_ADDS all but the spread are added to what is
-// there.
+// with BD_GLOSSY what lobes of pixels reflect, with BD_ROUGH that of rough dielectrics in an image of
+// its own. With BD_ADDS all but the spread are added to what is there.
 #include "common/asker.glsl"
 #ifdef BD_FRAGMENTS
 #include "common/blocks.glsl"
+#endif
+#ifdef BD_ROUGH
+#include "common/gbuffer.glsl"
 #endif
 #include "shared/receivers.h"
 
@@ -29,6 +32,9 @@ layout(binding = 2, rgba32f) uniform image2D noise_0;
 layout(std430, binding = BD_STORAGE_GLOSSY_LIGHT) readonly buffer glossy_block { float glossy[]; };
 layout(binding = 1, rgba32f) uniform image2D glossy_0;
 #endif
+#ifdef BD_ROUGH
+layout(binding = 3, rgba32f) uniform image2D rough_0;
+#endif
 
 float field(uint index, uint which)
 {
@@ -45,6 +51,33 @@ vec4 glossy_light(uint index)
 {
     uint first = index / BD_LANES * BD_GLOSSY_LIGHT_FIELDS * BD_LANES + index % BD_LANES;
     return vec4(glossy[first], glossy[first + BD_LANES], glossy[first + 2u * BD_LANES], 1.0);
+}
+
+#ifdef BD_ROUGH
+bool is_rough(ivec2 pixel)
+{
+    return !has_glossy_lobe(texelFetch(gbuffer_albedo, pixel, 0).a, texelFetch(gbuffer_material, pixel, 0).x);
+}
+#endif
+
+vec4 added(vec4 lobes, vec4 earlier)
+{
+#ifdef BD_ADDS
+    return vec4(earlier.rgb + lobes.rgb, earlier.a);
+#else
+    return lobes;
+#endif
+}
+
+void store_lobes(ivec2 pixel, vec4 lobes)
+{
+#ifdef BD_ROUGH
+    if (is_rough(pixel)) {
+        imageStore(rough_0, pixel, added(lobes, imageLoad(rough_0, pixel)));
+        return;
+    }
+#endif
+    imageStore(glossy_0, pixel, added(lobes, imageLoad(glossy_0, pixel)));
 }
 #endif
 
@@ -94,12 +127,7 @@ void main()
     imageStore(noise_0, asker.block, noise);
 #endif
 #ifdef BD_GLOSSY
-    vec4 lobes = glossy_light(index);
-#ifdef BD_ADDS
-    vec4 earlier = imageLoad(glossy_0, asker.block);
-    lobes = vec4(earlier.rgb + lobes.rgb, earlier.a);
-#endif
-    imageStore(glossy_0, asker.block, lobes);
+    store_lobes(asker.block, glossy_light(index));
 #endif
 #endif
 }
