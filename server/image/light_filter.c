@@ -266,6 +266,13 @@ static void weigh_surface(const struct bd_light_filter *f, const struct tap *tap
 
 // --- a level ------------------------------------------------------------------------------------
 
+// Of sigma^2, that edges may drown in there.
+static float part_at(const struct bd_light_filter *f, int x, int y)
+{
+    const struct bd_image *parts = f->inputs.parts;
+    return f->variance_part * (parts ? *bd_image_at(parts, (uint32_t)x, (uint32_t)y) : 1);
+}
+
 // Of a half's strength, smoothed along the surface.
 static void measure_noise(struct bd_light_filter *f, uint32_t level, int y, float *restrict scratch)
 {
@@ -287,7 +294,7 @@ static void measure_noise(struct bd_light_filter *f, uint32_t level, int y, floa
             }
         }
     for (int x = 0; x < f->width; x++)
-        variance[x] = weights[x] > 0 ? f->variance_part * sum[x] / weights[x] : 0;
+        variance[x] = weights[x] > 0 ? part_at(f, x, y) * sum[x] / weights[x] : 0;
 }
 
 // Adds to one half what the tap looks at, weighed by the strength of the other one.
@@ -429,7 +436,7 @@ static void doubt_pixel(const struct bd_light_filter *f, int x, int y, float out
         const float smooth_a = half[0][c] * scale, smooth_b = half[1][c] * scale;
         const float before = 0.5f * (a[c] - b[c]), left = 0.5f * (smooth_a - smooth_b);
         out[c] = left;
-        out[3] += f->variance_part * (BLUR_SHARE / 3) * (before * before - left * left);
+        out[3] += part_at(f, x, y) * (BLUR_SHARE / 3) * (before * before - left * left);
     }
 }
 

@@ -38,6 +38,7 @@ struct bd_light_filter_inputs {
     const struct bd_image *depth;   // 1 channel, > 0, along the view axis
     uint32_t level_count;           // 0 = by the height; fewer for noise of high frequencies alone
     float variance_part;            // of sigma^2, above 0 to 1; 0 = 1
+    const struct bd_image *parts;   // 1 channel, of that at each pixel, above 0 to 1; NULL: all
 };
 
 struct bd_light_filter;
@@ -60,10 +61,10 @@ void bd_light_filter_store(const struct bd_light_filter *filter, struct bd_image
 // How wrong it still is, by what the halves tell: into an image of 4 channels half the difference
 // of the smoothed halves, whose square is in the mean the variance of their mean, but for what both
 // have in common; and the square of blur, a mean over channels, taken to be a tenth of the variance
-// that smoothing took off, times variance_part: edges are smoothed as far as they drown in noise.
-// (The product of what it changed in each half would tell without a guess if they did not weigh
-// each other: it is below 0.) 0 where nothing was smoothed. Before `store`, if that goes to one of
-// the halves.
+// that smoothing took off, times that part of sigma^2: edges are smoothed as far as they drown in
+// noise. (The product of what it changed in each half would tell without a guess if they did not
+// weigh each other: it is below 0.) 0 where nothing was smoothed. Before `store`, if that goes to
+// one of the halves.
 void bd_light_filter_store_doubt(const struct bd_light_filter *filter, struct bd_image *doubt);
 
 // All of it, on this thread. BD_ERR_NO_MEMORY leaves `light` alone.

@@ -68,6 +68,7 @@ static void take_guides(void *user, uint32_t first_row, uint32_t row_count, floa
 struct halves {
     uint32_t width_px;
     struct bd_image *light, *half[2], *doubt;
+    struct bd_image *parts; // of the noise that edges may drown in, or NULL
 };
 
 static void take_light(void *user, uint32_t first_row, uint32_t row_count, float *rgba)
@@ -89,6 +90,8 @@ static void take_noise(void *user, uint32_t first_row, uint32_t row_count, float
             h->half[0]->pixels[3 * (first + i) + c] += rgba[TEXEL_FLOATS * i + c];
             h->half[1]->pixels[3 * (first + i) + c] -= rgba[TEXEL_FLOATS * i + c];
         }
+    for (size_t i = 0; h->parts && i < count; i++)
+        h->parts->pixels[first + i] = rgba[TEXEL_FLOATS * i + 3];
 }
 
 static enum bd_err write_texture(const struct filtering *f, const struct bd_image *image,
@@ -209,21 +212,29 @@ static enum bd_err filter_both(struct filtering *f, const struct halves *halves,
                                                   .normal = f->normal,
                                                   .depth = f->depth,
                                                   .level_count = f->smoothing.level_count,
-                                                  .variance_part = f->smoothing.variance_part};
+                                                  .variance_part = f->smoothing.variance_part,
+                                                  .parts = halves->parts};
     return run_filter(f, &inputs, halves->light, halves->doubt, detail);
 }
 
 static enum bd_err filter_texture(struct filtering *f, struct bd_tex *light, struct bd_tex *noise,
-                                  struct bd_err_detail *detail)
+                                  bool of_lobes, struct bd_err_detail *detail)
 {
     if (!light || !noise) return BD_ERR_OK;
     struct halves halves = {.width_px = f->width_px};
-    struct bd_image **const images[] = {&halves.light, &halves.half[0], &halves.half[1],
-                                        &halves.doubt};
+    const struct {
+        struct bd_image **image;
+        uint32_t channels;
+    } images[] = {{&halves.light, 3},
+                  {&halves.half[0], 3},
+                  {&halves.half[1], 3},
+                  {&halves.doubt, 4},
+                  {&halves.parts, 1}};
+    const int image_count = of_lobes ? 5 : 4;
     enum bd_err err = BD_ERR_OK;
-    for (int i = 0; i < 4; i++) {
-        *images[i] = bd_image_create(f->width_px, f->height_px, i < 3 ? 3 : 4);
-        if (!*images[i])
+    for (int i = 0; i < image_count; i++) {
+        *images[i].image = bd_image_create(f->width_px, f->height_px, images[i].channels);
+        if (!*images[i].image)
             err = bd_err_set(detail, BD_ERR_NO_MEMORY, "size", "no memory to filter %ux%u pixels",
                              f->width_px, f->height_px);
     }
@@ -232,7 +243,7 @@ static enum bd_err filter_texture(struct filtering *f, struct bd_tex *light, str
     if (!err) err = filter_both(f, &halves, detail);
     if (!err) err = write_texture(f, halves.light, light);
     if (!err) err = write_texture(f, halves.doubt, noise);
-    for (int i = 0; i < 4; i++) bd_image_destroy(images[i]);
+    for (int i = 0; i < image_count; i++) bd_image_destroy(images[i].image);
     return err;
 }
 
@@ -257,11 +268,11 @@ enum bd_err bd_filter_light_run(const struct bd_pass_context *context,
                          f.width_px, f.height_px);
     bd_gpu_pass_begin(context->gpu, "filter");
     if (!err) err = read_guides(&f, detail);
-    if (!err) err = filter_texture(&f, indirect->glossy, indirect->noise_glossy, detail);
+    if (!err) err = filter_texture(&f, indirect->glossy, indirect->noise_glossy, true, detail);
     if (!err && !smoothing->glossy_alone)
-        err = filter_texture(&f, indirect->irradiance, indirect->noise, detail);
+        err = filter_texture(&f, indirect->irradiance, indirect->noise, false, detail);
     if (!err && !smoothing->glossy_alone)
-        err = filter_texture(&f, indirect->rough, indirect->noise_rough, detail);
+        err = filter_texture(&f, indirect->rough, indirect->noise_rough, false, detail);
     bd_gpu_pass_end(context->gpu);
     bd_image_destroy(&f.normal);
     bd_image_destroy(&f.depth);

@@ -39,6 +39,9 @@ static const struct asked of_glass = {"glass", OF_COSINE, 0, false, true};
 
 // Of rays and what they meet at once.
 #define ROOM_BYTES ((size_t)16 << 20)
+// A mirror shows edges that nothing else tells of: of its noise they drown in so much, and in more,
+// up to all, as a lobe blurs them itself.
+#define PART_OF_MIRROR 0.2f
 // Of the slicer, one for each evaluation of a VPL: what a ray takes to be aimed, and to be told of.
 #define UNITS_PER_RAY 60.0
 #define UNITS_PER_HIT 100.0
@@ -259,6 +262,14 @@ static size_t aim_through(const struct gloss *g, const struct bd_area_receiver *
     return next - first;
 }
 
+// For the filter, at the side of the second half.
+static void tell_part(const struct gloss *g, const struct bd_area_receiver *at)
+{
+    const float blurred = at->roughness / BD_MIRROR_ROUGHNESS;
+    const size_t pixel = (size_t)at->y_px * g->width_px + at->x_px;
+    g->half[1][4 * pixel + 3] = f_min(f_max(blurred, PART_OF_MIRROR), 1);
+}
+
 static void aim_group(void *user, uint32_t group)
 {
     const struct gloss *g = user;
@@ -270,6 +281,7 @@ static void aim_group(void *user, uint32_t group)
         const struct bd_lobe lobe = bd_lobe_of(&at, false);
         next += aim_lobe(g, &lobe, next);
         next += aim_through(g, &at, next);
+        tell_part(g, &at);
     }
     g->ray_count[group] = (uint32_t)(next - first);
 }
@@ -483,8 +495,9 @@ static void combine(struct gloss *g)
     const size_t floats = 4 * (size_t)g->width_px * g->height_px;
     for (size_t i = 0; i < floats; i++) {
         const float a = g->half[0][i], b = g->half[1][i];
-        g->half[0][i] = i % 4 == 3 ? 1 : 0.5f * (a + b);
-        g->half[1][i] = i % 4 == 3 ? 1 : 0.5f * (a - b);
+        const bool is_light = i % 4 < 3;
+        g->half[0][i] = is_light ? 0.5f * (a + b) : 1;
+        if (is_light) g->half[1][i] = 0.5f * (a - b);
     }
 }
 

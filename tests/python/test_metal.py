@@ -1,7 +1,8 @@
 """Metal that is no mirror lights a room where it reflects to, not evenly: first light of a lamp, and what other metal shows of it."""
 import bounced
+import numpy
 import pytest
-from glass_scenes import LIGHTS, add, walls
+from glass_scenes import GREY, LIGHTS, add, pane, walls
 
 POSE = bounced.Pose((0, 0, .95), (.3, 0, -1), yfov=1.2)
 ASIDE = bounced.Pose((-.8, 0, .6), (1, 0, -.3), yfov=1.2)
@@ -63,3 +64,24 @@ def test_a_mirror_sends_what_is_lit_before_it(client, tmp_path):
     truth = tiles(scene, "reference", ASIDE, spp=192)
     assert off(scene, "point_projection", truth, ASIDE, points=65536, map_rays=0).mean() > .1
     assert off(scene, "point_projection", truth, ASIDE, points=65536).mean() < .025
+
+
+def stripe(x, color):
+    """Of a wall behind the viewer, whose front is towards the mirror."""
+    places = [(x, -4, 3), (x + .5, -4, 3), (x + .5, 4, 3), (x, 4, 3)]
+    material = {"pbrMetallicRoughness": {**GREY["pbrMetallicRoughness"], "baseColorFactor": [color] * 3 + [1]}}
+    return (numpy.float32(places), numpy.float32([(0, 0, -1)] * 4), numpy.uint32([(2, 1, 0), (3, 2, 0)])), material
+
+
+def test_a_mirror_shows_edges(client, tmp_path):
+    """Nothing tells the filter of noise where they are: it leaves most of what a mirror shows to later sub-frames."""
+    mirror = {"pbrMetallicRoughness": {"metallicFactor": 1, "roughnessFactor": 0}}
+    scene = add(client, tmp_path, [(pane(0, 4), mirror), *(stripe(-4 + i / 2, .02 if i % 2 else .9) for i in range(16))], sky=(1, 1, 1))
+
+    def seen(seed, **parameters):
+        return scene.render(size=(64, 64), technique="many_light", layers=["beauty"], pose=bounced.Pose((0, 0, 2), (0, 0, 0), yfov=.9), aa=16,
+                            seed=seed, parameters=parameters).layers["beauty"][..., 0].astype(float)
+    truth = (seen(0, far_rays=64, noise_filter="off") + seen(1, far_rays=64, noise_filter="off")) / 2
+    off = [numpy.sqrt(((seen(seed) - truth) ** 2).mean()) / truth.mean() for seed in range(3)]
+    print(off)
+    assert numpy.mean(off) < .113

@@ -208,6 +208,37 @@ static void it_smooths_less_where_a_part_of_the_noise_counts(void **state)
     assert_true(blur[2] < .01 * blur[1] && blur[3] < 1e-4 * blur[1]);
 }
 
+// How far columns from `first` on are from what they were, summed up.
+static double changed_from(const struct picture *p, const struct picture *before, uint32_t first)
+{
+    double sum = 0;
+    for (uint32_t y = 0; y < HEIGHT; y++)
+        for (uint32_t x = first; x < first + WIDTH / 2; x++)
+            sum += fabs((double)bd_image_at(p->out, x, y)[0] -
+                        (double)bd_image_at(before->out, x, y)[0]);
+    return sum;
+}
+
+// Of the left side all of the noise, of the right one a little: neither knows of the other.
+static void a_part_may_be_each_pixels_own(void **state)
+{
+    (void)state;
+    struct picture p = make(0.2, 1), whole = make(0.2, 1), as_it_was = make(0.2, 1);
+    struct bd_light_filter_inputs inputs = inputs_of(&p);
+    struct bd_image *parts = image(1);
+    for (uint32_t y = 0; y < HEIGHT; y++)
+        for (uint32_t x = 0; x < WIDTH; x++) *bd_image_at(parts, x, y) = x < WIDTH / 2 ? 1 : 1e-4f;
+    inputs.parts = parts;
+    assert_int_equal(bd_light_filter_run(&inputs, p.out, NULL), BD_ERR_OK);
+    run(&whole);
+    assert_true(changed_from(&p, &whole, 0) == 0);
+    assert_true(changed_from(&whole, &as_it_was, WIDTH / 2) > 10);
+    assert_true(changed_from(&p, &as_it_was, WIDTH / 2) <
+                0.4 * changed_from(&whole, &as_it_was, WIDTH / 2));
+    bd_image_destroy(&parts);
+    drop(&p), drop(&whole), drop(&as_it_was);
+}
+
 // A power of two: to the last bit.
 static void how_bright_it_is_changes_no_digit(void **state)
 {
@@ -276,6 +307,7 @@ int main(void)
         cmocka_unit_test(without_noise_nothing_is_done),
         cmocka_unit_test(it_fades_with_the_noise),
         cmocka_unit_test(it_smooths_less_where_a_part_of_the_noise_counts),
+        cmocka_unit_test(a_part_may_be_each_pixels_own),
         cmocka_unit_test(how_bright_it_is_changes_no_digit),
         cmocka_unit_test(what_cannot_be_filtered_stays),
         cmocka_unit_test(the_order_of_rows_changes_no_byte),
