@@ -250,15 +250,18 @@ void bd_irradiance_cells_destroy(struct bd_irradiance_cells **cells)
     free((*cells)->number);
     free((*cells)->places);
     free((*cells)->irradiance);
+    free((*cells)->beside);
     free(*cells);
     *cells = NULL;
 }
 
 uint64_t bd_irradiance_cells_bytes(const struct bd_irradiance_cells *cells)
 {
-    return sizeof *cells + cells->count * (2 * sizeof *cells->first + sizeof *cells->chosen +
-                                           sizeof *cells->number + sizeof *cells->places +
-                                           sizeof *cells->irradiance);
+    return sizeof *cells +
+           cells->count *
+               (2 * sizeof *cells->first + sizeof *cells->chosen + sizeof *cells->number +
+                sizeof *cells->places + sizeof *cells->irradiance +
+                (cells->beside ? BD_CELLS_BESIDE : 0) * sizeof *cells->beside);
 }
 
 // The last that begins at that number or before, of some.
@@ -378,4 +381,37 @@ uint32_t bd_irradiance_cells_about(const struct bd_irradiance_cells *cells, f3 p
     const uint32_t count = about.count < most ? about.count : most;
     memcpy(found, about.found, count * sizeof *found);
     return count;
+}
+
+// --- between cells ------------------------------------------------------------------------------
+
+// In sides of the cell: so far off another one tells of a place; and how near its own place is so
+// near that nearer is no more, squared and of that.
+#define BETWEEN_REACH    1.5f
+#define BETWEEN_NEAREST2 0.05f
+
+// The more the nearer, or places of a large cell would all get the mean of what is about.
+static float share_of(const struct bd_irradiance_cells *cells, uint32_t cell, f3 position,
+                      f3 normal, float reach2)
+{
+    const f3 way = f3_sub(cells->places[cell].position, position);
+    const float distance2 = f3_dot(way, way), near = f_max(1 - distance2 / reach2, 0);
+    const float facing = f_max(f3_dot(cells->places[cell].normal, normal), 0);
+    return near * near * facing / (distance2 + BETWEEN_NEAREST2 * reach2);
+}
+
+f3 bd_irradiance_cells_between(const struct bd_irradiance_cells *cells, uint32_t cell, f3 position,
+                               f3 normal)
+{
+    const float reach = BETWEEN_REACH * side_of(cells, cell);
+    f3 sum = f3_of(0, 0, 0);
+    float shares = 0;
+    for (uint32_t i = 0; i <= BD_CELLS_BESIDE; i++) {
+        const uint32_t other = i == 0 ? cell : cells->beside[BD_CELLS_BESIDE * cell + i - 1];
+        if (other == BD_NO_CELL) break;
+        const float share = share_of(cells, other, position, normal, reach * reach);
+        sum = f3_add(sum, f3_scale(cells->irradiance[other], share));
+        shares += share;
+    }
+    return shares > 0 ? f3_scale(sum, 1 / shares) : cells->irradiance[cell];
 }

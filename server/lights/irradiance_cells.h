@@ -36,7 +36,11 @@ struct bd_irradiance_cells {
     struct bd_cell_place *places; // that, once whoever has the places says so
     uint32_t *number; // that cells keep whatever becomes of others, and neighbours differ in
     f3 *irradiance;   // that it tells
+    // BD_CELLS_BESIDE of each, that its place sees, then BD_NO_CELL; NULL: nobody has looked.
+    uint32_t *beside;
 };
+#define BD_NO_CELL      UINT32_MAX
+#define BD_CELLS_BESIDE 7u
 
 // Over places with those numbers, which are put in order; of at most `most` cells, from 6 on.
 // Irradiance is 0 at first. BD_ERR_NO_MEMORY.
@@ -49,7 +53,6 @@ uint64_t bd_irradiance_cells_bytes(const struct bd_irradiance_cells *cells);
 
 // The cell that a place lies in, or where there is none, one there of surfaces that face next to as
 // it does; BD_NO_CELL: none of any, for no place was there.
-#define BD_NO_CELL UINT32_MAX
 uint32_t bd_irradiance_cells_find(const struct bd_irradiance_cells *cells, f3 position, f3 normal);
 
 // The cell that a place lies in, if its own place faces as that does; or BD_NO_CELL.
@@ -61,5 +64,10 @@ uint32_t bd_irradiance_cells_of(const struct bd_irradiance_cells *cells, f3 posi
 #define BD_CELLS_ABOUT_MOST 8u
 uint32_t bd_irradiance_cells_about(const struct bd_irradiance_cells *cells, f3 position, f3 normal,
                                    uint32_t *about, uint32_t most);
+
+// Irradiance at a place that sees that cell's: between those of the cell and of those beside it,
+// the less the farther they are, so that who looks there sees no cells.
+f3 bd_irradiance_cells_between(const struct bd_irradiance_cells *cells, uint32_t cell, f3 position,
+                               f3 normal);
 
 #endif

@@ -5,6 +5,7 @@
 
 #include "kernel/all_channels.h"
 #include "lights/surface_hits.h"
+#include "pass/cells_beside.h"
 #include "pass/cosine_rays.h"
 #include "pass/gather_native.h"
 #include "pass/native/native.h"
@@ -242,7 +243,10 @@ static enum bd_err light_cells(struct cache *c, struct bd_irradiance_cells *cell
         places[i].number = cells->number[i];
         cells->places[i] = (struct bd_cell_place){places[i].position, places[i].normal};
     }
-    const enum bd_err err = light_places(c, places, cells, traced);
+    enum bd_err err = light_places(c, places, cells, traced);
+    if (!err && c->inputs->are_shown)
+        err =
+            bd_cells_beside_find(&c->context, c->inputs->far.visibility, cells, traced, c->detail);
     free(places);
     return err;
 }

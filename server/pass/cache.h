@@ -29,6 +29,7 @@ struct bd_cache_inputs {
     // Where light is reflected any number of times. Else, and where a ray ends in no cell, what
     // virtual lights leave out near a place is told by `far.points`.
     bool goes_round;
+    bool are_shown; // mirrors or glass show what lies between cells
 };
 
 BD_MUST_CHECK

@@ -366,6 +366,14 @@ static bool is_told_by_photons(const struct gloss *g, uint32_t i)
     return g->ways && !g->ways[i].straight && !g->shares[i].looks;
 }
 
+static f3 light_of_cell(const struct gloss *g, uint32_t i)
+{
+    const struct bd_irradiance_cells *cells = g->inputs->cells;
+    const uint32_t cell = g->ends.near[i];
+    if (!g->shares[i].looks || !cells->beside) return cells->irradiance[cell];
+    return bd_irradiance_cells_between(cells, cell, g->places[i].position, g->places[i].normal);
+}
+
 // What is sent to the ray from where it ends.
 static f3 light_of_place(const struct gloss *g, uint32_t i, float more_of_cells)
 {
@@ -377,7 +385,7 @@ static f3 light_of_place(const struct gloss *g, uint32_t i, float more_of_cells)
     if (g->ways && bd_brushed_ends(&g->brushed[i], &g->ways[i])) light = f3_of(0, 0, 0);
     f3 more = f3_of(0, 0, 0);
     if (in->cells && g->ends.near[i] < BD_BESIDE_HIDDEN)
-        more = f3_scale(in->cells->irradiance[g->ends.near[i]], more_of_cells);
+        more = f3_scale(light_of_cell(g, i), more_of_cells);
     if (in->caustics && !(in->caustics_again && is_told_by_photons(g, i)))
         more = f3_add(more, bd_photon_map_look(in->caustics, at->position, at->normal, 0));
     if (in->cells || in->caustics)

@@ -79,6 +79,7 @@ enum bd_err bd_far_light_cache(const struct bd_pass_context *context,
         .vpl_rays = CELL_VPL_RAYS,
         .cells = inputs->params->cache_cells,
         .goes_round = inputs->params->indirect_bounces >= ANY_BOUNCES,
+        .are_shown = inputs->glossy_receivers || inputs->glass,
     };
     *out = NULL;
     if (inputs->params->indirect_bounces == 1) return BD_ERR_OK;

@@ -177,6 +177,47 @@ static void cells_about_a_place_are_its_neighbours(void **state)
     free(places);
 }
 
+// Irradiance that grows along x is told nearly as it is by those that lie beside each other; one
+// that nobody sees has no say.
+static void between_cells_light_changes_little_by_little(void **state)
+{
+    (void)state;
+    struct place *places = all_places();
+    struct bd_irradiance_cells *cells = cells_of(places, PLACES, MOST);
+    double off = 0, off_alone = 0;
+    uint32_t about[BD_CELLS_ABOUT_MOST];
+    cells->beside = malloc(BD_CELLS_BESIDE * cells->count * sizeof *cells->beside);
+    assert_non_null(cells->beside);
+    for (uint32_t i = 0; i < cells->count; i++) {
+        const struct bd_cell_place *at = &cells->places[i];
+        uint32_t *beside = &cells->beside[BD_CELLS_BESIDE * i], kept = 0;
+        const uint32_t count =
+            bd_irradiance_cells_about(cells, at->position, at->normal, about, BD_CELLS_ABOUT_MOST);
+        for (uint32_t k = 0; k < count && kept < BD_CELLS_BESIDE; k++)
+            if (about[k] != i) beside[kept++] = about[k];
+        while (kept < BD_CELLS_BESIDE) beside[kept++] = BD_NO_CELL;
+        cells->irradiance[i] = f3_of(at->position.x, 1, 0);
+    }
+    for (uint32_t i = 0; i < PLACES; i++) {
+        const f3 position = places[i].position, normal = places[i].normal;
+        const uint32_t cell = bd_irradiance_cells_of(cells, position, normal);
+        const f3 told = bd_irradiance_cells_between(cells, cell, position, normal);
+        off += pow((double)(told.x - position.x), 2);
+        off_alone += pow((double)(cells->irradiance[cell].x - position.x), 2);
+        assert_true(fabs((double)told.y - 1) < 1e-5 && told.z == 0);
+    }
+    for (uint32_t i = 0; i < cells->count; i++) {
+        const struct bd_cell_place *at = &cells->places[i];
+        const f3 aside = f3_add(at->position, f3_of(0.01f, 0, 0));
+        cells->beside[BD_CELLS_BESIDE * i] = BD_NO_CELL;
+        const f3 told = bd_irradiance_cells_between(cells, i, aside, at->normal);
+        assert_true(fabs((double)(told.x - cells->irradiance[i].x)) < 1e-5);
+    }
+    assert_true(sqrt(off) < 0.6 * sqrt(off_alone));
+    bd_irradiance_cells_destroy(&cells);
+    free(places);
+}
+
 static void order_does_not_matter(void **state)
 {
     (void)state;
@@ -220,6 +261,7 @@ int main(void)
         cmocka_unit_test(more_cells_lie_where_more_rays_end),
         cmocka_unit_test(cells_stay_while_something_moves),
         cmocka_unit_test(cells_about_a_place_are_its_neighbours),
+        cmocka_unit_test(between_cells_light_changes_little_by_little),
         cmocka_unit_test(order_does_not_matter),
         cmocka_unit_test(there_may_be_none_or_all_at_one_place),
     };

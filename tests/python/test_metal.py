@@ -66,6 +66,9 @@ def test_a_mirror_sends_what_is_lit_before_it(client, tmp_path):
     assert off(scene, "point_projection", truth, ASIDE, points=65536).mean() < .025
 
 
+MIRROR = {"pbrMetallicRoughness": {"metallicFactor": 1, "roughnessFactor": 0}}
+
+
 def stripe(x, color):
     """Of a wall behind the viewer, whose front is towards the mirror."""
     places = [(x, -4, 3), (x + .5, -4, 3), (x + .5, 4, 3), (x, 4, 3)]
@@ -75,8 +78,7 @@ def stripe(x, color):
 
 def test_a_mirror_shows_edges(client, tmp_path):
     """Nothing tells the filter of noise where they are: it leaves most of what a mirror shows to later sub-frames."""
-    mirror = {"pbrMetallicRoughness": {"metallicFactor": 1, "roughnessFactor": 0}}
-    scene = add(client, tmp_path, [(pane(0, 4), mirror), *(stripe(-4 + i / 2, .02 if i % 2 else .9) for i in range(16))], sky=(1, 1, 1))
+    scene = add(client, tmp_path, [(pane(0, 4), MIRROR), *(stripe(-4 + i / 2, .02 if i % 2 else .9) for i in range(16))], sky=(1, 1, 1))
 
     def seen(seed, **parameters):
         return scene.render(size=(64, 64), technique="many_light", layers=["beauty"], pose=bounced.Pose((0, 0, 2), (0, 0, 0), yfov=.9), aa=16,
@@ -85,3 +87,35 @@ def test_a_mirror_shows_edges(client, tmp_path):
     off = [numpy.sqrt(((seen(seed) - truth) ** 2).mean()) / truth.mean() for seed in range(3)]
     print(off)
     assert numpy.mean(off) < .113
+
+
+def test_a_mirror_shows_no_cells(client, tmp_path):
+    """Of a cache of few cells it shows what lies between them."""
+    scene = add(client, tmp_path, [*walls(), (pane(-.98, .8), MIRROR)], light=LIGHTS[2], at=(.4, .3, .3))
+
+    def seen(seed, cells):
+        return scene.render(size=(64, 64), technique="many_light", layers=["indirect"], pose=bounced.Pose((0, 0, .9), (0, 0, -1), yfov=1.1), fresh="all",
+                            seed=seed, parameters={"far_rays": 16, "cache_cells": cells}).layers["indirect"][8:56, 8:56, 0].astype(float)
+    truth = (seen(0, 16384) + seen(1, 16384)) / 2
+    off = [numpy.sqrt(((seen(seed, 256) - truth) ** 2).mean()) / truth.mean() for seed in range(3)]
+    print(off)
+    assert numpy.mean(off) < .08
+
+
+def test_cells_behind_a_thin_wall_have_no_say(client, tmp_path):
+    """Over it, in the mirror, both of its sides are seen; a lamp is on one."""
+    wall = [(0, -1, -1), (0, -1, 1), (0, .2, 1), (0, .2, -1)]
+    front = [(-1, -1, 1), (1, -1, 1), (1, 1, 1), (-1, 1, 1)]
+    sides = [(numpy.float32(wall), numpy.float32([(-1, 0, 0)] * 4), numpy.uint32([(0, 1, 2), (0, 2, 3)])),
+             (numpy.float32(front), numpy.float32([(0, 0, -1)] * 4), numpy.uint32([(0, 2, 1), (0, 3, 2)]))]
+    parts = [*walls(), *((mesh, {**GREY, "doubleSided": True}) for mesh in sides), (pane(-.98, .9), MIRROR)]
+    scene = add(client, tmp_path, parts, light=LIGHTS[0], at=(.5, -.6, .3))
+
+    def seen(seed, cells):
+        return scene.render(size=(48, 48), technique="many_light", layers=["beauty"], pose=bounced.Pose((-.3, .7, -.3), (-.3, -.1, -1), yfov=.8),
+                            fresh="all", seed=seed, parameters={"far_rays": 32, "cache_cells": cells}).layers["beauty"][..., 0].astype(float)
+    truth, told = (sum(seen(seed, cells) for seed in range(3)) / 3 for cells in (16384, 256))
+    dark = truth < numpy.median(truth)
+    off = numpy.sqrt(((told - truth)[dark] ** 2).mean()) / truth[dark].mean()
+    print(off)
+    assert off < .2
