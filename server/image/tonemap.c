@@ -26,13 +26,10 @@ bool bd_tonemap_from_name(const char *name, enum bd_tonemap *out)
 
 // Exposure.
 
-struct log_sum {
-    int64_t exponents;
-    double mantissas; // of log2 in [-1, 0)
-    int64_t count;
-};
+// One logarithm for hundreds of samples.
+#define PRODUCT_LEAST 0x1p-900
 
-static void log_sum_add(struct log_sum *sum, const float *sample, uint32_t channel_count)
+static void add_sample(struct bd_exposure_sum *sum, const float *sample, uint32_t channel_count)
 {
     if (channel_count == 4 && !(sample[3] > 0)) return;
     // In double: scaling by a power of two then changes nothing but the exponent, short of
@@ -42,13 +39,18 @@ static void log_sum_add(struct log_sum *sum, const float *sample, uint32_t chann
                            : 0.2126 * sample[0] + 0.7152 * sample[1] + 0.0722 * sample[2];
     if (!isfinite(luminance) || !(luminance > 0)) return;
     int exponent;
-    sum->mantissas += log2(frexp(luminance, &exponent));
+    const double mantissa = frexp(luminance, &exponent);
+    sum->product = sum->product > 0 ? sum->product * mantissa : mantissa;
     sum->exponents += exponent;
     sum->count++;
+    if (sum->product < PRODUCT_LEAST) {
+        sum->mantissas += log2(sum->product);
+        sum->product = 1;
+    }
 }
 
 // 0 where nothing was added.
-static float stops_of(const struct log_sum *sum)
+float bd_exposure_of(const struct bd_exposure_sum *sum)
 {
     if (!sum->count) return 0;
     // mean of exponents = whole + rest / count, with 0 <= rest < count.
@@ -59,24 +61,30 @@ static float stops_of(const struct log_sum *sum)
         rest += sum->count;
     }
     double count = (double)sum->count;
-    double fraction = log2(0.18) - sum->mantissas / count - (double)rest / count;
+    const double mantissas = sum->mantissas + log2(sum->product);
+    double fraction = log2(0.18) - mantissas / count - (double)rest / count;
     double stops = floor(fraction * 1024) / 1024 - (double)whole;
     return (float)fmin(fmax(stops, -BD_EXPOSURE_STOPS_MAX), BD_EXPOSURE_STOPS_MAX);
 }
 
+void bd_exposure_add_row(struct bd_exposure_sum *sum, const struct bd_image *image, uint32_t row)
+{
+    const float *pixel = image->pixels + (size_t)row * image->width_px * image->channel_count;
+    for (uint32_t x = 0; x < image->width_px; x++, pixel += image->channel_count)
+        add_sample(sum, pixel, image->channel_count);
+}
+
 float bd_exposure_auto(const struct bd_image *image)
 {
-    struct log_sum sum = {0};
-    size_t pixel_count = (size_t)image->width_px * image->height_px;
-    for (size_t p = 0; p < pixel_count; p++)
-        log_sum_add(&sum, image->pixels + p * image->channel_count, image->channel_count);
-    return stops_of(&sum);
+    struct bd_exposure_sum sum = {0};
+    for (uint32_t row = 0; row < image->height_px; row++) bd_exposure_add_row(&sum, image, row);
+    return bd_exposure_of(&sum);
 }
 
 float bd_exposure_auto_lit(const struct bd_image *direct, const struct bd_image *emission,
                            const struct bd_image *all)
 {
-    struct log_sum sum = {0};
+    struct bd_exposure_sum sum = {0};
     size_t pixel_count = (size_t)direct->width_px * direct->height_px;
     for (size_t p = 0; p < pixel_count; p++) {
         float rgb[3];
@@ -84,9 +92,9 @@ float bd_exposure_auto_lit(const struct bd_image *direct, const struct bd_image 
             rgb[c] = direct->pixels[p * direct->channel_count + c];
             if (emission) rgb[c] += emission->pixels[p * emission->channel_count + c];
         }
-        log_sum_add(&sum, rgb, 3);
+        add_sample(&sum, rgb, 3);
     }
-    return sum.count ? stops_of(&sum) : fminf(bd_exposure_auto(all), 0);
+    return sum.count ? bd_exposure_of(&sum) : fminf(bd_exposure_auto(all), 0);
 }
 
 // Curves.

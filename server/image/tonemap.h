@@ -40,6 +40,15 @@ bool bd_tonemap_from_name(const char *name, enum bd_tonemap *out);
 // gets exactly k stops less.
 float bd_exposure_auto(const struct bd_image *image);
 
+// The same row by row; all zeroes at first.
+struct bd_exposure_sum {
+    int64_t exponents;
+    double mantissas, product; // their log2, and the product of the last; 0: of none
+    int64_t count;
+};
+void bd_exposure_add_row(struct bd_exposure_sum *sum, const struct bd_image *image, uint32_t row);
+float bd_exposure_of(const struct bd_exposure_sum *sum);
+
 // The same from `direct` + `emission`, of one size, where `all` holds light that comes through
 // walls: what leaks into a dark room would be shown as bright as day. Where neither has any, the
 // exposure of `all`, but never above 0. `emission` may be NULL.
