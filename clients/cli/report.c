@@ -98,7 +98,8 @@ void bd_cli_report_print(const Bounced__Report *report, FILE *out)
     print_passes(report, out);
     if (report->time_ms && !is_plan(report)) print_time(report->time_ms, out);
     if (report->has_own_estimate)
-        fprintf(out, "%.3g %% off by its own estimate\n", 100 * report->own_estimate);
+        fprintf(out, "%.3g %% off by its own estimate, %.3g %% of what a picture shows\n",
+                100 * report->own_estimate, 100 * report->shown_estimate);
     for (size_t i = 0; i < report->n_error; i++) print_error(report->error[i], out);
     if (report->nonfinite_pixels)
         fprintf(out, "%" PRIu64 " pixels are not finite\n", report->nonfinite_pixels);

@@ -8,6 +8,7 @@
 #include "base/clock.h"
 #include "frame/stages.h"
 #include "frame/sub_frames.h"
+#include "image/tonemap.h"
 #include "pass/reset_samplers.h"
 
 void bd_renderer_init(struct bd_renderer *renderer, struct bd_gpu *gpu, uint64_t memo_budget_bytes)
@@ -429,22 +430,40 @@ static enum bd_err read_layers(struct bd_frame *frame, struct bd_tex *textures[B
     return err;
 }
 
-static enum bd_err inspect(struct bd_frame *frame, struct bd_image *layers[BD_LAYER_COUNT])
+static enum bd_err inspect_beauty(struct bd_frame *frame, const struct bd_image *beauty,
+                                  struct bd_exposure_sum *exposure)
 {
-    const struct bd_image *beauty = layers[BD_LAYER_BEAUTY];
-    struct bd_doubt_sums sums = {0};
     bool is_lit = false;
     enum bd_err err = BD_ERR_OK;
     for (uint32_t row = 0; !err && row < beauty->height_px; row++) {
         is_lit |= bd_report_inspect_row(frame->report, beauty, row);
-        if (frame->plan->doubts)
-            bd_doubt_sums_add_row(&sums, beauty, layers[BD_LAYER_NOISE], layers[BD_LAYER_BLUR],
-                                  row);
+        if (frame->plan->doubts) bd_exposure_add_row(exposure, beauty, row);
         err = bd_slicer_pause(frame->context.slicer);
     }
+    if (!err) bd_report_conclude(frame->report, is_lit);
+    return err;
+}
+
+static enum bd_err estimate_error(struct bd_frame *frame, struct bd_image *const *layers,
+                                  const struct bd_exposure_sum *exposure)
+{
+    const struct bd_image *beauty = layers[BD_LAYER_BEAUTY];
+    struct bd_doubt_sums sums = bd_doubt_sums_of(bd_exposure_of(exposure));
+    enum bd_err err = BD_ERR_OK;
+    for (uint32_t row = 0; !err && row < beauty->height_px; row++) {
+        bd_doubt_sums_add_row(&sums, beauty, layers[BD_LAYER_NOISE], layers[BD_LAYER_BLUR], row);
+        err = bd_slicer_pause(frame->context.slicer);
+    }
+    if (!err) bd_report_own_estimate(frame->report, &sums);
+    return err;
+}
+
+static enum bd_err inspect(struct bd_frame *frame, struct bd_image *layers[BD_LAYER_COUNT])
+{
+    struct bd_exposure_sum exposure = {0};
+    enum bd_err err = inspect_beauty(frame, layers[BD_LAYER_BEAUTY], &exposure);
+    if (!err && frame->plan->doubts) err = estimate_error(frame, layers, &exposure);
     if (err) return err;
-    bd_report_conclude(frame->report, is_lit);
-    if (frame->plan->doubts) bd_report_own_estimate(frame->report, &sums);
     for (uint32_t l = 0; l < BD_LAYER_RENDERED_COUNT; l++)
         if (BD_LAYERS_DOUBT & ~frame->request->layers & 1u << l) bd_image_destroy(&layers[l]);
     return BD_ERR_OK;

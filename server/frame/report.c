@@ -84,18 +84,30 @@ void bd_report_conclude(struct bd_report *report, bool is_lit)
     if (report->nonfinite_pixels > 0) bd_report_flag(report, "nonfinite_pixels");
 }
 
+struct bd_doubt_sums bd_doubt_sums_of(float exposure_stops)
+{
+    return (struct bd_doubt_sums){.white = exp2(-(double)exposure_stops)};
+}
+
+void bd_doubt_sums_add(struct bd_doubt_sums *sums, double light, double square)
+{
+    if (!isfinite(light) || !isfinite(square)) return;
+    const double doubt = sqrt(fmax(square, 0)), room = sums->white - (light - doubt);
+    const double shown = fmin(doubt, fmax(room, 0));
+    sums->squares += square;
+    sums->light += light;
+    sums->shown_squares += shown * shown;
+    sums->shown_light += fmin(light, sums->white);
+}
+
 void bd_doubt_sums_add_row(struct bd_doubt_sums *sums, const struct bd_image *beauty,
                            const struct bd_image *noise, const struct bd_image *blur, uint32_t row)
 {
     for (size_t x = 0; x < beauty->width_px; x++) {
         const size_t at = (size_t)row * beauty->width_px + x;
         const float *light = beauty->pixels + 4 * at, *half = noise->pixels + 3 * at;
-        for (int c = 0; c < 3; c++) {
-            const double square = (double)half[c] * half[c] + blur->pixels[at];
-            if (!isfinite(light[c]) || !isfinite(square)) continue;
-            sums->squares += square;
-            sums->light += light[c];
-        }
+        for (int c = 0; c < 3; c++)
+            bd_doubt_sums_add(sums, light[c], (double)half[c] * half[c] + blur->pixels[at]);
     }
 }
 
@@ -104,8 +116,11 @@ void bd_report_own_estimate(struct bd_report *report, const struct bd_doubt_sums
 {
     const double floats = 3.0 * report->width_px * report->height_px;
     report->has_own_estimate = sums->light > 0;
-    report->own_estimate =
-        report->has_own_estimate ? sqrt(fmax(sums->squares, 0) * floats) / sums->light : 0;
+    if (!report->has_own_estimate) return;
+    report->own_estimate = sqrt(fmax(sums->squares, 0) * floats) / sums->light;
+    report->shown_estimate = sums->shown_light > 0
+                                 ? sqrt(sums->shown_squares * floats) / sums->shown_light
+                                 : report->own_estimate;
 }
 
 void bd_report_inspect(struct bd_report *report, const struct bd_image *beauty)

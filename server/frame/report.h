@@ -82,9 +82,10 @@ struct bd_report {
     char flags[BD_REPORT_FLAG_MAX][BD_REPORT_FLAG_BYTES];
     bool unoccluded; // indirect light that nothing hides (`no_indirect_visibility`)
     uint64_t nonfinite_pixels;
-    // Relative RMSE of beauty by its layers noise and blur, over all channels.
+    // Relative RMSE of beauty by its layers noise and blur, over all channels; and of what a
+    // picture shows of it, whose white is that of exposure auto (image/tonemap.h).
     bool has_own_estimate;
-    double own_estimate;
+    double own_estimate, shown_estimate;
     uint32_t error_count; // estimates of how wrong the frame is, with 95 % intervals
     struct {
         char metric[16];         // "rel_rmse"; "rmse", in cd/m^2, where the reference is black
@@ -112,10 +113,13 @@ bool bd_report_inspect_row(struct bd_report *report, const struct bd_image *beau
 void bd_report_conclude(struct bd_report *report, bool is_lit);
 
 // A frame's own estimate of its error, row by row, of layers beauty, noise and blur; what is not
-// finite does not count.
+// finite does not count. Light above white is white, and so is what it may be at most.
 struct bd_doubt_sums {
-    double squares, light;
+    double white; // of exposure auto
+    double squares, light, shown_squares, shown_light;
 };
+struct bd_doubt_sums bd_doubt_sums_of(float exposure_stops);
+void bd_doubt_sums_add(struct bd_doubt_sums *sums, double light, double square);
 void bd_doubt_sums_add_row(struct bd_doubt_sums *sums, const struct bd_image *beauty,
                            const struct bd_image *noise, const struct bd_image *blur, uint32_t row);
 void bd_report_own_estimate(struct bd_report *report, const struct bd_doubt_sums *sums);

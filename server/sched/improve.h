@@ -19,11 +19,11 @@
 
 #include "sched/sched.h"
 
-// Of beauty, relative: what `auto` is content with.
+// Of beauty, relative: what `auto` is content with, of all its light or of what is shown of it.
 #define BD_IMPROVE_ESTIMATE 0.05
 
 // Rungs of a ladder that bring an estimate down to that.
-uint32_t bd_improve_rungs_for_estimate(double own_estimate);
+uint32_t bd_improve_rungs_for_estimate(double estimate);
 // Rungs to climb with so many milliseconds left after a frame of `request` that took `frame_ms`: to
 // the best that by its passes (frame/cost.h) fits; two at most of a frame that the memo had.
 uint32_t bd_improve_rungs_for_ms(const struct bd_frame_request *request,

@@ -8,6 +8,7 @@
 #include "base/assert.h"
 #include "base/clock.h"
 #include "frame/ladder.h"
+#include "image/tonemap.h"
 #include "sched/job_check_trace.h"
 #include "sched/refine.h"
 
@@ -307,14 +308,10 @@ static void report_variance(const struct bd_image *const layers[BD_LAYER_COUNT],
                             struct bd_report *report)
 {
     const struct bd_image *beauty = layers[BD_LAYER_BEAUTY], *variance = layers[BD_LAYER_VARIANCE];
-    struct bd_doubt_sums sums = {0};
+    struct bd_doubt_sums sums = bd_doubt_sums_of(bd_exposure_auto(beauty));
     const size_t pixels = (size_t)beauty->width_px * beauty->height_px;
-    for (size_t i = 0; i < 3 * pixels; i++) {
-        const float light = beauty->pixels[4 * (i / 3) + i % 3], square = variance->pixels[i];
-        if (!isfinite(light) || !isfinite(square)) continue;
-        sums.light += light;
-        sums.squares += square;
-    }
+    for (size_t i = 0; i < 3 * pixels; i++)
+        bd_doubt_sums_add(&sums, beauty->pixels[4 * (i / 3) + i % 3], variance->pixels[i]);
     bd_report_own_estimate(report, &sums);
 }
 

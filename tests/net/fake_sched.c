@@ -105,7 +105,8 @@ static void fill_report(struct bd_report *report, const struct bd_job *job)
     report->passes[0].sub_frames = 1;
     report->passes[0].of_each_sub_frame = true;
     report->has_own_estimate = job->sched->estimate != NULL;
-    if (report->has_own_estimate) report->own_estimate = atof(job->sched->estimate);
+    if (report->has_own_estimate)
+        report->own_estimate = report->shown_estimate = atof(job->sched->estimate);
     report->flag_count = 1;
     snprintf(report->flags[0], sizeof report->flags[0], "default_lights");
 }

@@ -29,6 +29,7 @@ class Report(TypedDict, total=False):
     nonfinite_pixels: int
     exposure_stops: float
     own_estimate: float           # relative RMSE of beauty as the frame itself knows it
+    shown_estimate: float         # the same of light up to white
     error: list[dict[str, Any]]   # metric, value, low, high, samples, against
     stopped: str                  # complete | target | floor | deadline | cancelled
 

@@ -316,6 +316,7 @@ Bounced__Report *bd_report_message(const struct bd_report *report, uint64_t revi
     BD_SET(message, nonfinite_pixels, report->nonfinite_pixels);
     if (exposure_stops) BD_SET(message, exposure_stops, (double)*exposure_stops);
     if (report->has_own_estimate) BD_SET(message, own_estimate, report->own_estimate);
+    if (report->has_own_estimate) BD_SET(message, shown_estimate, report->shown_estimate);
     if (report->executor[0]) message->executor = bd_answer_text(report->executor);
     message->stopped = bd_answer_text(bd_stopped_name(report->stopped));
     return message;
