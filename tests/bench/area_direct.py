@@ -3,7 +3,8 @@
 usage: area_direct.py BUILD SCENE[@SKY]... -o RESULT.json [--size 256x192] [--truth-spp 2048] [--truths FOLDER]
 
 For each scene: relative RMSE, median and 90th percentile of the relative error in per cent, by pixel and of means over 8x8, and
-the mean's error; the truth's own noise is in them. `brdf=lambert` on both sides too, without what gloss adds.
+the mean's error; the truth's own noise is in them. `brdf=lambert` on both sides too, without what gloss adds. The truth takes
+glass for opaque: of solids with the full BRDF, through which `direct` lets light straight on, the figure says that.
 FOLDER keeps truths for the next time.
 """
 import argparse
