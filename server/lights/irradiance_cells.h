@@ -66,7 +66,8 @@ uint32_t bd_irradiance_cells_about(const struct bd_irradiance_cells *cells, f3 p
                                    uint32_t *about, uint32_t most);
 
 // Irradiance at a place that sees that cell's: between those of the cell and of those beside it,
-// the less the farther they are, so that who looks there sees no cells.
+// of each the less the farther it is, so that who looks there sees no cells (inverse distances with
+// an end: Franke and Nielson 1980).
 f3 bd_irradiance_cells_between(const struct bd_irradiance_cells *cells, uint32_t cell, f3 position,
                                f3 normal);
 
