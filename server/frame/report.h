@@ -113,7 +113,7 @@ bool bd_report_inspect_row(struct bd_report *report, const struct bd_image *beau
 void bd_report_conclude(struct bd_report *report, bool is_lit);
 
 // A frame's own estimate of its error, row by row, of layers beauty, noise and blur; what is not
-// finite does not count. Light above white is white, and so is what it may be at most.
+// finite does not count. What is shown is cut at white, and so is its doubt.
 struct bd_doubt_sums {
     double white; // of exposure auto
     double squares, light, shown_squares, shown_light;

@@ -43,7 +43,8 @@ float bd_exposure_auto(const struct bd_image *image);
 // The same row by row; all zeroes at first.
 struct bd_exposure_sum {
     int64_t exponents;
-    double mantissas, product; // their log2, and the product of the last; 0: of none
+    double mantissas; // sum of their log2, but for the last ones,
+    double product;   // which are multiplied here; 0: there are none
     int64_t count;
 };
 void bd_exposure_add_row(struct bd_exposure_sum *sum, const struct bd_image *image, uint32_t row);

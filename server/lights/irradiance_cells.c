@@ -385,12 +385,12 @@ uint32_t bd_irradiance_cells_about(const struct bd_irradiance_cells *cells, f3 p
 
 // --- between cells ------------------------------------------------------------------------------
 
-// In sides of the cell: so far off another one tells of a place; and how near its own place is so
-// near that nearer is no more, squared and of that.
+// A cell tells of places up to so many of its sides away; below the root of that part of the reach,
+// nearness counts no more.
 #define BETWEEN_REACH    1.5f
 #define BETWEEN_NEAREST2 0.05f
 
-// The more the nearer, or places of a large cell would all get the mean of what is about.
+// Grows with nearness: by the reach alone, all places of a large cell would get one mean.
 static float share_of(const struct bd_irradiance_cells *cells, uint32_t cell, f3 position,
                       f3 normal, float reach2)
 {

@@ -65,9 +65,9 @@ uint32_t bd_irradiance_cells_of(const struct bd_irradiance_cells *cells, f3 posi
 uint32_t bd_irradiance_cells_about(const struct bd_irradiance_cells *cells, f3 position, f3 normal,
                                    uint32_t *about, uint32_t most);
 
-// Irradiance at a place that sees that cell's: between those of the cell and of those beside it,
-// of each the less the farther it is, so that who looks there sees no cells (inverse distances with
-// an end: Franke and Nielson 1980).
+// Irradiance at a place that sees that cell's place: the mean of the cell and of those beside it,
+// weighed by inverse distances up to a reach (Franke and Nielson 1980), so that mirrors show no
+// cells.
 f3 bd_irradiance_cells_between(const struct bd_irradiance_cells *cells, uint32_t cell, f3 position,
                                f3 normal);
 

@@ -29,7 +29,7 @@ struct bd_smoothing {
 
 // `inputs` are those of what gathered. Of irradiance, and of what glossy and rough receivers have
 // beyond it; each by its own noise, where it has one, whose place the doubt of what is left takes
-// (image/light_filter.h); of glossy ones a = the part of the noise that edges may drown in.
+// (image/light_filter.h); alpha of glossy noise is the part that edges may drown in.
 // BD_ERR_NO_MEMORY leaves the light as it was.
 BD_MUST_CHECK
 enum bd_err bd_filter_light_run(const struct bd_pass_context *context,

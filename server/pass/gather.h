@@ -46,8 +46,8 @@ struct bd_indirect {
     // irradiance vector, for other normals (pass/shared_light.h).
     struct bd_tex *gathered, *vector;
     // RGBA32F, or NULL: half the difference of the halves whose mean the irradiance is, and glossy;
-    // behind the filter the doubt of what is left (image/light_filter.h). Before it, a of the
-    // latter is the part of it that edges may drown in.
+    // behind the filter the doubt of what is left (image/light_filter.h). Alpha of noise_glossy
+    // tells the filter which part of that noise edges may drown in.
     struct bd_tex *noise, *noise_glossy;
     // RGBA32F, or both NULL: what the specular lobes of rough dielectrics reflect, beside what the
     // whole BRDF's diffuse part makes of the irradiance; a = 0 where it is not known, as that of a

@@ -39,8 +39,8 @@ static const struct asked of_glass = {"glass", OF_COSINE, 0, false, true};
 
 // Of rays and what they meet at once.
 #define ROOM_BYTES ((size_t)16 << 20)
-// A mirror shows edges that nothing else tells of: of its noise they drown in so much, and in more,
-// up to all, as a lobe blurs them itself.
+// A mirror shows edges that no guide of the filter has: they may drown in that part of its noise. A
+// lobe blurs them by itself: the wider it is, the larger the part.
 #define PART_OF_MIRROR 0.2f
 // Of the slicer, one for each evaluation of a VPL: what a ray takes to be aimed, and to be told of.
 #define UNITS_PER_RAY 60.0
@@ -262,7 +262,7 @@ static size_t aim_through(const struct gloss *g, const struct bd_area_receiver *
     return next - first;
 }
 
-// For the filter, at the side of the second half.
+// The part of the noise that edges may drown in, into alpha of the second half.
 static void tell_part(const struct gloss *g, const struct bd_area_receiver *at)
 {
     const float blurred = at->roughness / BD_MIRROR_ROUGHNESS;
